@@ -1,0 +1,85 @@
+//! What can go wrong with a user's data, said so that the user can mend it.
+
+use bevy::prelude::*;
+use thiserror::Error;
+
+/// Why a pattern cannot be prepared, solved or drawn.
+///
+/// It is set on the entity's `PatternState` and logged once; the entity is drawn with its base material meanwhile.
+#[derive(Error, Debug, Clone, PartialEq, Reflect)]
+#[non_exhaustive]
+pub enum PatternError {
+    /// The mesh has no `Mesh::ATTRIBUTE_POSITION` of format `Float32x3`.
+    #[error("the mesh has no vertex positions (Float32x3); give it Mesh::ATTRIBUTE_POSITION")]
+    NoPositions,
+    /// The mesh has no triangle with an area.
+    #[error("the mesh has no triangles; a pattern needs at least one triangle with an area")]
+    NoTriangles,
+    /// The mesh is a list of points or lines.
+    #[error("the mesh's topology is {0}; use a triangle list or a triangle strip")]
+    Topology(String),
+    /// The mesh's data lives in the render world only.
+    #[error("the mesh's data was already moved to the GPU; load it with RenderAssetUsages::MAIN_WORLD | RENDER_WORLD")]
+    MeshDataTaken,
+    /// A position, direction or frequency is NaN or infinite.
+    #[error("{what} {index} is not finite")]
+    NotFinite {
+        /// What kind of value: "position of vertex", "direction of vertex", "frequency of vertex".
+        what: &'static str,
+        /// The index of the first such value.
+        index: usize,
+    },
+    /// An index points behind the last vertex.
+    #[error("triangle index {index} is out of range: the mesh has {vertices} vertices")]
+    IndexOutOfRange {
+        /// The offending index.
+        index: u32,
+        /// Number of the mesh's vertices.
+        vertices: usize,
+    },
+    /// The mesh lacks the attribute that the field or the frequency names.
+    #[error("the mesh has no vertex attribute `{0}`")]
+    MissingAttribute(String),
+    /// The attribute has another format than the one needed.
+    #[error("the vertex attribute `{name}` has format {found}, but {expected} is needed")]
+    AttributeFormat {
+        /// The attribute's name.
+        name: String,
+        /// The format it has.
+        found: String,
+        /// The format needed.
+        expected: &'static str,
+    },
+    /// A list of per-vertex values has the wrong length.
+    #[error("{what}: {found} values were given, but the surface has {expected} welded vertices")]
+    WrongLength {
+        /// What the list is: "directions", "frequencies".
+        what: &'static str,
+        /// Length of the list.
+        found: usize,
+        /// Length needed.
+        expected: usize,
+    },
+    /// The frequency is negative.
+    #[error("the frequency {0} is negative; frequencies are stripes per unit length, 0 or more")]
+    NegativeFrequency(f32),
+    /// The GPU offers less than a pattern needs.
+    #[error("the GPU's limit {limit} is {found}, but patterns need {needed}")]
+    GpuLimit {
+        /// Name of the limit, as in `wgpu::Limits`.
+        limit: &'static str,
+        /// What the device offers.
+        found: u64,
+        /// What is needed.
+        needed: u64,
+    },
+    /// A shader of the solver does not compile on this device.
+    #[error("a compute pipeline of the solver failed: {0}")]
+    Pipeline(String),
+    /// The entity carries a `MeshTag` that the plugin did not set.
+    #[error("the entity has a MeshTag of its own; patterns need the tag, remove it")]
+    MeshTagTaken,
+    /// The style needs a vector field.
+    #[error("{0} needs Symmetry::Vector: on a line field d and -d are the same, and only sin \u{3a6} is defined")]
+    NeedsVectorSymmetry(&'static str),
+}
