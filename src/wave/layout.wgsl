@@ -1,0 +1,38 @@
+#define_import_path bevy_field_patterns::layout
+
+// The words of a pattern's record in the surface buffer; `layout.rs` explains each of them.
+
+const FLAG_READY: u32 = 1u;
+const FLAG_VECTOR: u32 = 2u;
+const FLAG_AXIS: u32 = 4u;
+
+const RECORD_WORDS: u32 = 16u;
+const LEVEL_WORDS: u32 = 12u;
+
+struct PatternRecord {
+    vertices: u32,
+    triangles: u32,
+    flags: u32,
+    levels: u32,
+    triangle_base: u32,
+    geometry_base: u32,
+    field_base: u32,
+    phasor_base: u32,
+    class_base: u32,
+    colors: u32,
+    frequency: f32,
+    turn: f32,
+    axis: vec3<f32>,
+}
+
+struct LevelRecord {
+    nodes: u32,
+    offset_base: u32,
+    neighbor_base: u32,
+    parent_base: u32,
+    child_offset_base: u32,
+    child_base: u32,
+    node_base: u32,
+    edge_base: u32,
+    balance_base: u32,
+}
