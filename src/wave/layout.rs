@@ -56,8 +56,12 @@ pub struct PatternRecord {
     pub turn: f32,
     /// The axis to project, where [`FLAG_AXIS`] is set.
     pub axis: [f32; 3],
+    /// `wave[delta_base + v]` is the momentum of the local rule; only where it is used.
+    pub delta_base: u32,
+    /// `balance[state_base..]`: energy and branch count of the entity, then partial sums.
+    pub state_base: u32,
     /// Unused.
-    pub pad: u32,
+    pub pad: [u32; 3],
 }
 
 /// One level of an entity's hierarchy.
@@ -82,6 +86,10 @@ pub struct LevelRecord {
     pub edge_base: u32,
     /// `balance[balance_base + i]`: the sign is sigma of node i, the modulus 1 / sum of weights (finest level only).
     pub balance_base: u32,
+    /// `surface[class_base + c] .. surface[class_base + c + 1]` are the nodes of colour class c.
+    pub class_base: u32,
+    /// Number of colour classes.
+    pub colors: u32,
     /// Unused.
-    pub pad: [u32; 3],
+    pub pad: u32,
 }

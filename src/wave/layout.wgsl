@@ -6,7 +6,7 @@ const FLAG_READY: u32 = 1u;
 const FLAG_VECTOR: u32 = 2u;
 const FLAG_AXIS: u32 = 4u;
 
-const RECORD_WORDS: u32 = 16u;
+const RECORD_WORDS: u32 = 20u;
 const LEVEL_WORDS: u32 = 12u;
 
 struct PatternRecord {
@@ -23,6 +23,8 @@ struct PatternRecord {
     frequency: f32,
     turn: f32,
     axis: vec3<f32>,
+    delta_base: u32,
+    state_base: u32,
 }
 
 struct LevelRecord {
@@ -35,4 +37,6 @@ struct LevelRecord {
     node_base: u32,
     edge_base: u32,
     balance_base: u32,
+    class_base: u32,
+    colors: u32,
 }

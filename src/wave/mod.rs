@@ -5,3 +5,4 @@
 
 pub mod kite;
 pub mod layout;
+pub mod solver;
