@@ -17,6 +17,10 @@ pub const SURFACE_BUFFER: Handle<ShaderBuffer> = uuid_handle!("6f0bd2b0-3f0e-4f3
 pub const GEOMETRY_BUFFER: Handle<ShaderBuffer> = uuid_handle!("6f0bd2b0-3f0e-4f3c-9a53-0f4a35b60f02");
 /// The buffer of directions, frequencies and phasors, `array<vec2<f32>>`. Bind it to a material as storage 102.
 pub const WAVE_BUFFER: Handle<ShaderBuffer> = uuid_handle!("6f0bd2b0-3f0e-4f3c-9a53-0f4a35b60f03");
+/// The solver's buffer of edge weights.
+pub(crate) const EDGE_BUFFER: Handle<ShaderBuffer> = uuid_handle!("6f0bd2b0-3f0e-4f3c-9a53-0f4a35b60f04");
+/// The solver's buffer of one number per node, of energies and branch counts.
+pub(crate) const BALANCE_BUFFER: Handle<ShaderBuffer> = uuid_handle!("6f0bd2b0-3f0e-4f3c-9a53-0f4a35b60f05");
 
 /// The pattern may be drawn: its phasors have been solved at least once.
 pub const FLAG_READY: u32 = 1;
@@ -24,6 +28,8 @@ pub const FLAG_READY: u32 = 1;
 pub const FLAG_VECTOR: u32 = 2;
 /// The directions are [`PatternRecord::axis`], projected on the GPU.
 pub const FLAG_AXIS: u32 = 4;
+/// The directions follow those of the frame before: on a line field each keeps the sign nearest to its last one.
+pub const FLAG_FOLLOW: u32 = 8;
 
 /// What the GPU knows of one patterned entity. The entity's `MeshTag` is the record's word offset in the surface
 /// buffer; 0 is a record of zeros and means "no pattern".

@@ -1,8 +1,81 @@
 //! Phases: waves whose crests are the stripes.
 //!
 //! In: a [`SurfaceGraph`](crate::surface::SurfaceGraph) with a direction d and a frequency f per vertex. Out: a phasor z
-//! per vertex. Lichtenberg et al. 2018, section 3.
+//! per vertex, complex, whose modulus tells how sure it is. Lichtenberg et al. 2018, section 3.
+//!
+//! [`WavePlugin`] does, every frame, in `PostUpdate`:
+//! 1. meshes: build or update the graph of every mesh that carries a pattern ([`SurfaceCache`]);
+//! 2. patterns: allocate ranges of the shared buffers ([`PatternArena`]), compute directions and frequencies that have
+//!    changed, decide who starts, follows, comes to rest or sleeps;
+//! 3. plan: one list of dispatches for all patterns;
+//!
+//! and in the render world, before the first camera: upload and dispatch.
 
+mod arena;
 pub mod kite;
 pub mod layout;
+mod pack;
+mod patterns;
+mod plan;
+mod render;
 pub mod solver;
+mod state;
+
+pub use arena::{PatternArena, PatternMemory};
+pub use render::SolverCounters;
+pub use solver::SolverSettings;
+pub use state::*;
+
+use crate::{
+    field::DirectionField,
+    surface::{PatternWeld, SurfaceCache, SurfaceGraph, update_surfaces, watch_meshes},
+};
+use bevy::{
+    asset::AssetEventSystems, prelude::*, render::storage::ShaderBuffer, shader::load_shader_library,
+};
+
+/// Solves waves for all entities with a [`DirectionField`].
+#[derive(Debug, Default, Clone, Copy)]
+pub struct WavePlugin;
+
+/// When patterns are updated, in `PostUpdate`: after transforms, before assets tell what has changed.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct PatternSystems;
+
+impl Plugin for WavePlugin {
+    fn build(&self, app: &mut App) {
+        load_shader_library!(app, "layout.wgsl");
+        load_shader_library!(app, "kite.wgsl");
+        app.init_asset::<SurfaceGraph>()
+            .init_resource::<SurfaceCache>()
+            .init_resource::<PatternWeld>()
+            .init_resource::<PatternArena>()
+            .init_resource::<patterns::PackedGraphs>()
+            .init_resource::<patterns::Outbox>()
+            .init_resource::<SolverSettings>()
+            .register_type::<PatternState>()
+            .register_type::<PatternMesh>()
+            .register_type::<SolverSettings>()
+            .register_required_components::<DirectionField, PatternState>()
+            .add_observer(patterns::restart)
+            .add_observer(patterns::remove_pattern);
+        let update = (
+            watch_meshes,
+            update_surfaces,
+            patterns::update_patterns,
+            arena::grow_buffers.run_if(resource_exists::<Assets<ShaderBuffer>>),
+        );
+        app.configure_sets(
+            PostUpdate,
+            PatternSystems.after(TransformSystems::Propagate).before(AssetEventSystems),
+        )
+        .add_systems(PostUpdate, update.chain().in_set(PatternSystems));
+        render::build(app);
+    }
+
+    fn finish(&self, app: &mut App) {
+        if app.world().contains_resource::<Assets<ShaderBuffer>>() {
+            arena::create_buffers(app.world_mut());
+        }
+    }
+}

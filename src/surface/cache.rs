@@ -1,0 +1,174 @@
+//! One graph per mesh asset: built off the main thread, shared by all entities with that mesh, kept up to date.
+//!
+//! In: mesh assets that somebody asks for. Out: per mesh a [`SurfaceGraph`] asset and the un-indexed mesh to draw.
+//! A graph is rebuilt when the mesh's indices or its vertex count change; a change of positions or attributes alone keeps
+//! weld, colours and levels, and is written in place.
+
+use super::{SurfaceGraph, WeldOptions, insert_missing_normals, triangle_soup, unindexed};
+use crate::error::PatternError;
+use bevy::{
+    platform::collections::HashMap,
+    prelude::*,
+    tasks::{AsyncComputeTaskPool, Task, block_on, poll_once},
+};
+
+/// How vertices are welded; applies to meshes that are seen for the first time after a change.
+#[derive(Resource, Debug, Clone, Default, Deref, DerefMut)]
+pub struct PatternWeld(pub WeldOptions);
+
+/// The surface of a mesh asset.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    /// The graph.
+    pub graph: Handle<SurfaceGraph>,
+    /// The mesh to draw: a triangle list without indices, in the order of the graph's triangles.
+    pub drawn: Handle<Mesh>,
+    /// Changes when the graph was rebuilt.
+    pub topology: u32,
+    /// Changes when positions or attributes were written.
+    pub geometry: u32,
+}
+
+/// What is known of a mesh asset's surface.
+#[derive(Debug, Clone)]
+pub enum SurfaceState {
+    /// The mesh is being loaded, or its graph is being built.
+    Preparing,
+    /// Ready.
+    Ready(Surface),
+    /// The mesh cannot carry a pattern.
+    Failed(PatternError),
+}
+
+type Built = Result<(SurfaceGraph, Mesh), PatternError>;
+
+struct Entry {
+    task: Option<Task<Built>>,
+    state: SurfaceState,
+    /// Set while the mesh differs from what was built last.
+    stale: bool,
+}
+
+/// The surfaces of all mesh assets that carry patterns.
+#[derive(Resource, Default)]
+pub struct SurfaceCache {
+    entries: HashMap<AssetId<Mesh>, Entry>,
+    version: u32,
+    removed: Vec<AssetId<Mesh>>,
+}
+
+impl SurfaceCache {
+    /// The surface of a mesh; the first call starts to build it.
+    pub fn request(&mut self, mesh: AssetId<Mesh>) -> SurfaceState {
+        let new = || Entry { task: None, state: SurfaceState::Preparing, stale: true };
+        self.entries.entry(mesh).or_insert_with(new).state.clone()
+    }
+
+    /// Meshes whose surfaces are gone, since the last call.
+    pub(crate) fn take_removed(&mut self) -> Vec<AssetId<Mesh>> {
+        std::mem::take(&mut self.removed)
+    }
+}
+
+/// Notices changed and removed meshes.
+pub(crate) fn watch_meshes(mut cache: ResMut<SurfaceCache>, mut events: MessageReader<AssetEvent<Mesh>>) {
+    for event in events.read() {
+        match event {
+            AssetEvent::Modified { id } => {
+                if let Some(entry) = cache.entries.get_mut(id) {
+                    entry.stale = true;
+                }
+            }
+            AssetEvent::Removed { id } => {
+                if cache.entries.remove(id).is_some() {
+                    cache.removed.push(*id);
+                }
+            }
+            // A mesh that was asked for before it was there is stale already.
+            AssetEvent::Added { .. } | AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => {}
+        }
+    }
+}
+
+/// Starts and finishes builds, and writes changed positions in place.
+pub(crate) fn update_surfaces(
+    mut cache: ResMut<SurfaceCache>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut graphs: ResMut<Assets<SurfaceGraph>>,
+    weld: Res<PatternWeld>,
+) {
+    let SurfaceCache { entries, version, .. } = &mut *cache;
+    for (&id, entry) in entries.iter_mut() {
+        if entry.stale {
+            let Some(mesh) = meshes.get(id) else { continue };
+            entry.stale = false;
+            match written_in_place(mesh, &entry.state, &mut graphs) {
+                Ok(Some(copy)) => {
+                    if let SurfaceState::Ready(surface) = &mut entry.state {
+                        *version += 1;
+                        surface.geometry = *version;
+                        if surface.drawn.id() != id && meshes.insert(&surface.drawn, copy).is_err() {
+                            entry.stale = true;
+                        }
+                    }
+                }
+                Ok(None) => {
+                    let (mesh, options) = (mesh.clone(), weld.0.clone());
+                    entry.task = Some(AsyncComputeTaskPool::get().spawn(async move { build(&mesh, &options) }));
+                }
+                Err(error) => {
+                    entry.task = None;
+                    entry.state = SurfaceState::Failed(error);
+                }
+            }
+        }
+        let Some(task) = &mut entry.task else { continue };
+        let Some(built) = block_on(poll_once(task)) else { continue };
+        entry.task = None;
+        *version += 1;
+        entry.state = match built {
+            Ok((graph, copy)) => SurfaceState::Ready(Surface {
+                graph: graphs.add(graph),
+                drawn: meshes.add(copy),
+                topology: *version,
+                geometry: *version,
+            }),
+            Err(error) => SurfaceState::Failed(error),
+        };
+    }
+}
+
+fn build(mesh: &Mesh, options: &WeldOptions) -> Built {
+    let soup = triangle_soup(mesh)?;
+    let graph = SurfaceGraph::from_triangles(&soup.positions, &soup.triangles, options)?;
+    let copy = drawn_copy(mesh, &graph)?;
+    Ok((graph, copy))
+}
+
+fn drawn_copy(mesh: &Mesh, graph: &SurfaceGraph) -> Result<Mesh, PatternError> {
+    let soup = triangle_soup(mesh)?;
+    let mut copy = unindexed(mesh, &soup)?;
+    insert_missing_normals(&mut copy, graph)?;
+    Ok(copy)
+}
+
+/// Takes a mesh's new positions over into the graph that it has already; the new drawn mesh, or `None` where the graph
+/// must be built anew.
+fn written_in_place(
+    mesh: &Mesh,
+    state: &SurfaceState,
+    graphs: &mut Assets<SurfaceGraph>,
+) -> Result<Option<Mesh>, PatternError> {
+    let SurfaceState::Ready(surface) = state else { return Ok(None) };
+    let soup = triangle_soup(mesh)?;
+    let Some(mut graph) = graphs.get_mut(&surface.graph) else { return Ok(None) };
+    let same = soup.positions.len() == graph.vertex_of.len()
+        && soup.triangles.len() == graph.triangles.len()
+        && soup.triangles.iter().zip(&graph.triangles).all(|(new, old)| new.map(|v| graph.vertex_of[v as usize]) == *old);
+    if !same {
+        return Ok(None);
+    }
+    graph.update_positions(&soup.positions)?;
+    drawn_copy(mesh, &graph).map(Some)
+}
+

@@ -1,0 +1,54 @@
+// The field pass: projects an entity's axis into the tangent plane of every vertex; the twin of `tangent.rs`.
+// Glossary in `passes.wgsl`.
+
+#import bevy_field_patterns::layout::{FLAG_VECTOR, FLAG_FOLLOW}
+#import bevy_field_patterns::passes::{surface, geometry, wave, load_item}
+
+// A projected length below which a direction says nothing.
+const VANISHING: f32 = 1e-6;
+
+fn any_tangent(n: vec3<f32>) -> vec3<f32> {
+    return normalize(cross(n, select(vec3(0.0, 1.0, 0.0), vec3(1.0, 0.0, 0.0), abs(n.x) < 0.6)));
+}
+
+fn project_tangent(v: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
+    let tangent = v - n * dot(n, v);
+    let r = length(tangent);
+    if r > VANISHING {
+        return tangent / r;
+    }
+    return any_tangent(n);
+}
+
+fn turn_tangent(d: vec3<f32>, n: vec3<f32>, angle: f32) -> vec3<f32> {
+    return cos(angle) * d + sin(angle) * cross(n, d);
+}
+
+@compute @workgroup_size(64)
+fn project_axis(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let item = load_item(group);
+    let i = item.z + local;
+    if i >= item.w {
+        return;
+    }
+    let record = item.x;
+    let flags = surface[record + 2u];
+    let n = geometry[surface[record + 5u] + 2u * i + 1u].xyz;
+    let frequency = bitcast<f32>(surface[record + 10u]);
+    let turn = bitcast<f32>(surface[record + 11u]);
+    let axis = bitcast<vec3<f32>>(vec3(surface[record + 12u], surface[record + 13u], surface[record + 14u]));
+    var d = project_tangent(axis, n);
+    if turn != 0.0 {
+        d = turn_tangent(d, n, turn);
+    }
+    let field = surface[record + 6u] + 2u * i;
+    // A line field keeps the sign that the phasor refers to.
+    if (flags & (FLAG_VECTOR | FLAG_FOLLOW)) == FLAG_FOLLOW {
+        let previous = vec3(wave[field], wave[field + 1u].x);
+        if dot(previous, d) < 0.0 {
+            d = -d;
+        }
+    }
+    wave[field] = d.xy;
+    wave[field + 1u] = vec2(d.z, frequency);
+}

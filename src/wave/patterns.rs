@@ -1,0 +1,522 @@
+//! The life of a pattern in the main world: from the components of an entity to the work of a frame.
+//!
+//! In: surfaces, fields and frequencies of all entities, and what changed in them. Out: a [`Frame`] for the GPU. A
+//! pattern starts cold, follows changes warm, comes to rest, and then costs nothing.
+
+use super::{
+    arena::{PatternArena, Pool},
+    layout::{FLAG_AXIS, FLAG_FOLLOW, FLAG_READY, FLAG_VECTOR, LevelRecord, PatternRecord},
+    pack::{PackedGraph, PatternRanges, geometry},
+    plan::{Frame, Member, Work, plan},
+    render::GpuStatus,
+    solver::{ColdStart, SolverSettings},
+    state::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern},
+};
+use crate::{
+    error::PatternError,
+    field::{
+        DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry, align_to_previous, directions, frequencies,
+        project_tangent,
+    },
+    surface::{Surface, SurfaceCache, SurfaceGraph, SurfaceState},
+};
+use bevy::{
+    ecs::{lifecycle::HookContext, query::QueryData, system::SystemParam, world::DeferredWorld},
+    math::Mat3A,
+    mesh::MeshTag,
+    platform::collections::HashMap,
+    prelude::*,
+    tasks::{AsyncComputeTaskPool, Task, block_on, poll_once},
+};
+use std::sync::Arc;
+
+/// The work that the render world has not taken yet.
+#[derive(Resource, Default)]
+pub(crate) struct Outbox(pub(crate) Frame);
+
+/// Graphs in the shared buffers, by mesh.
+#[derive(Resource, Default)]
+pub(crate) struct PackedGraphs(HashMap<AssetId<Mesh>, Packed>);
+
+struct Packed {
+    graph: Arc<PackedGraph>,
+    topology: u32,
+    geometry: u32,
+}
+
+/// What an entity holds while it has a pattern.
+#[derive(Component)]
+#[component(on_discard = release)]
+pub(crate) struct Pattern {
+    ranges: PatternRanges,
+    record: PatternRecord,
+    levels: Vec<LevelRecord>,
+    graph: Arc<PackedGraph>,
+    topology: u32,
+    geometry: u32,
+    inputs: Inputs,
+    /// Directions as last uploaded; empty where the GPU makes them.
+    directions: Vec<Vec3>,
+    task: Option<Task<Result<Vec<Vec3>, PatternError>>>,
+    phase: Phase,
+}
+
+/// Small inputs, compared from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Inputs {
+    symmetry: Symmetry,
+    turn: f32,
+    /// The entity's linear part, where the pattern lives in the world.
+    linear: Option<Mat3A>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    /// Directions are not there yet.
+    Waiting,
+    /// Must be solved from nothing.
+    Cold,
+    /// Follows, for so many frames after the last change.
+    Warm(u32),
+    /// Sleeps.
+    Asleep,
+}
+
+impl Pattern {
+    fn member(&self) -> Member {
+        Member { record: self.ranges.record, graph: self.graph.clone() }
+    }
+
+    fn is_drawn(&self) -> bool {
+        self.record.flags & FLAG_READY != 0
+    }
+
+    fn write_record(&self, arena: &mut PatternArena) {
+        arena.write(Pool::Surface, self.ranges.record, &[self.record]);
+    }
+}
+
+fn release(mut world: DeferredWorld, context: HookContext) {
+    let Some(mut pattern) = world.get_mut::<Pattern>(context.entity) else { return };
+    let mut ranges = std::mem::take(&mut pattern.ranges);
+    if let Some(mut arena) = world.get_resource_mut::<PatternArena>() {
+        ranges.free(&mut arena);
+    }
+}
+
+/// All that a pattern depends on.
+#[derive(QueryData)]
+#[query_data(mutable)]
+pub(crate) struct Patterned {
+    entity: Entity,
+    mesh: Ref<'static, Mesh3d>,
+    field: Ref<'static, DirectionField>,
+    frequency: Ref<'static, Frequency>,
+    symmetry: Option<&'static Symmetry>,
+    turn: Option<&'static FieldTurn>,
+    space: Option<&'static PatternSpace>,
+    transform: Option<&'static GlobalTransform>,
+    tag: Option<&'static MeshTag>,
+    meshes: Option<&'static PatternMesh>,
+    pattern: Option<&'static mut Pattern>,
+    state: &'static mut PatternState,
+}
+
+/// What updating a pattern needs of the world.
+#[derive(SystemParam)]
+pub(crate) struct Tools<'w, 's> {
+    commands: Commands<'w, 's>,
+    arena: ResMut<'w, PatternArena>,
+    cache: ResMut<'w, SurfaceCache>,
+    packed: ResMut<'w, PackedGraphs>,
+    graphs: Res<'w, Assets<SurfaceGraph>>,
+    meshes: Res<'w, Assets<Mesh>>,
+    settings: Res<'w, SolverSettings>,
+}
+
+/// Brings every pattern up to date and collects the work of the frame.
+pub(crate) fn update_patterns(
+    mut patterns: Query<Patterned>,
+    mut tools: Tools,
+    mut outbox: ResMut<Outbox>,
+    status: Res<GpuStatus>,
+    mut generation: Local<u32>,
+    mut cold_start: Local<Option<ColdStart>>,
+) {
+    forget_removed(&mut tools);
+    let device = status.generation();
+    let lost = *generation != device && *generation != 0;
+    *generation = device;
+    // Another way to start asks for another memory layout as well.
+    let restart = cold_start.as_ref().is_some_and(|last| *last != tools.settings.cold_start);
+    *cold_start = Some(tools.settings.cold_start.clone());
+    if lost {
+        tools.packed.0.drain().for_each(|(_, packed)| packed.graph.free(&mut tools.arena));
+    }
+    let mut work = Work::default();
+    let mut ready = Vec::new();
+    for mut item in &mut patterns {
+        if let Some(error) = status.error() {
+            fail(&mut item, &mut tools, error);
+            continue;
+        }
+        let fresh = lost || restart;
+        match update_pattern(&mut item, &mut tools, fresh) {
+            Ok(changed) => schedule(&mut item, changed, &status, &mut work, &mut tools, &mut ready),
+            Err(error) => fail(&mut item, &mut tools, error),
+        }
+    }
+    if status.is_ready() {
+        if status.reports() && !work.is_empty() {
+            let drawn = patterns.iter().filter_map(|item| item.pattern.filter(|pattern| pattern.is_drawn()));
+            work.reported = drawn.map(Pattern::member).collect();
+        }
+        plan(&work, &tools.settings, &mut outbox.0);
+    }
+    outbox.0.uploads.extend(tools.arena.take_uploads());
+    outbox.0.capacities = Pool::ALL.map(|pool| tools.arena.capacity(pool));
+    for entity in ready {
+        tools.commands.trigger(PatternReady { entity });
+    }
+}
+
+/// Gives back the memory of graphs whose meshes are gone.
+fn forget_removed(tools: &mut Tools) {
+    for mesh in tools.cache.take_removed() {
+        if let Some(packed) = tools.packed.0.remove(&mesh) {
+            packed.graph.free(&mut tools.arena);
+        }
+    }
+}
+
+/// What changed for a pattern in this frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Changed {
+    /// Something it needs is not there yet.
+    Waiting,
+    /// Directions, frequencies or positions, written to the GPU.
+    Inputs,
+    /// Nothing.
+    Nothing,
+}
+
+fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> Result<Changed, PatternError> {
+    let touched = item.mesh.is_changed() || item.field.is_changed() || item.frequency.is_changed();
+    let own_mesh = item.meshes.is_some_and(|meshes| meshes.drawn == item.mesh.0);
+    let source = match item.meshes {
+        Some(meshes) if own_mesh => meshes.source.clone(),
+        _ => item.mesh.0.clone(),
+    };
+    let surface = match tools.cache.request(source.id()) {
+        SurfaceState::Ready(surface) => surface,
+        SurfaceState::Preparing => return Ok(Changed::Waiting),
+        SurfaceState::Failed(error) => return Err(error),
+    };
+    if let PatternState::Failed(error) = &*item.state
+        && !touched
+        && !fresh
+        && item.pattern.as_ref().is_none_or(|pattern| pattern.geometry == surface.geometry)
+    {
+        return Err(error.clone());
+    }
+    let graph = pack(&surface, source.id(), tools)?;
+    let linear = match (item.space, item.transform) {
+        (Some(PatternSpace::World), Some(transform)) => Some(transform.affine().matrix3),
+        _ => None,
+    };
+    let inputs = Inputs {
+        symmetry: item.symmetry.copied().unwrap_or_else(|| item.field.default_symmetry()),
+        turn: item.turn.map_or(0.0, |turn| turn.0),
+        linear,
+    };
+    let current = item.pattern.as_ref().is_some_and(|pattern| {
+        pattern.topology == surface.topology && pattern.inputs.linear.is_some() == linear.is_some()
+    });
+    if !current || fresh || !own_mesh {
+        let taken = item.tag.is_some_and(|tag| {
+            tag.0 != 0 && item.pattern.as_ref().is_none_or(|pattern| pattern.ranges.record != tag.0)
+        });
+        if taken {
+            return Err(PatternError::MeshTagTaken);
+        }
+        let mut pattern = Pattern::new(graph, &surface, inputs, tools)?;
+        update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, true)?;
+        let tag = pattern.ranges.record;
+        let meshes =
+            PatternMesh { source: source.clone(), drawn: surface.drawn.clone(), graph: surface.graph.clone() };
+        // Insertion replaces the old pattern, whose hook gives back its ranges.
+        tools.commands.entity(item.entity).try_insert((pattern, MeshTag(tag), Mesh3d(surface.drawn.clone()), meshes));
+        item.state.set_if_neq(PatternState::Preparing);
+        return Ok(Changed::Waiting);
+    }
+    let Some(mut pattern) = item.pattern.take() else { return Ok(Changed::Waiting) };
+    let changed = update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, false);
+    item.pattern = Some(pattern);
+    changed
+}
+
+/// The graph in the shared buffers, written when it is new or its positions have changed.
+fn pack(surface: &Surface, mesh: AssetId<Mesh>, tools: &mut Tools) -> Result<Arc<PackedGraph>, PatternError> {
+    let Some(graph) = tools.graphs.get(&surface.graph) else { return Err(PatternError::MeshDataTaken) };
+    match tools.packed.0.get_mut(&mesh) {
+        Some(packed) if packed.topology == surface.topology => {
+            if packed.geometry != surface.geometry {
+                packed.geometry = surface.geometry;
+                packed.graph.write_geometry(graph, &mut tools.arena);
+            }
+            Ok(packed.graph.clone())
+        }
+        _ => {
+            if let Some(old) = tools.packed.0.remove(&mesh) {
+                old.graph.free(&mut tools.arena);
+            }
+            let packed = Arc::new(PackedGraph::new(graph, &mut tools.arena)?);
+            let entry =
+                Packed { graph: packed.clone(), topology: surface.topology, geometry: surface.geometry };
+            tools.packed.0.insert(mesh, entry);
+            Ok(packed)
+        }
+    }
+}
+
+impl Pattern {
+    fn new(
+        graph: Arc<PackedGraph>,
+        surface: &Surface,
+        inputs: Inputs,
+        tools: &mut Tools,
+    ) -> Result<Self, PatternError> {
+        let local = matches!(tools.settings.cold_start, ColdStart::Local(_));
+        let (ranges, record, levels) =
+            PatternRanges::new(&graph, &mut tools.arena, inputs.linear.is_some(), local)?;
+        let pattern = Self {
+            ranges,
+            record,
+            levels,
+            graph,
+            topology: surface.topology,
+            geometry: surface.geometry,
+            inputs,
+            directions: Vec::new(),
+            task: None,
+            phase: Phase::Waiting,
+        };
+        pattern.write_record(&mut tools.arena);
+        let levels = pattern.ranges.record + super::pack::RECORD_WORDS;
+        tools.arena.write(Pool::Surface, levels, &pattern.levels);
+        Ok(pattern)
+    }
+}
+
+/// Computes and uploads whatever has changed of directions, frequencies and positions.
+fn update_inputs(
+    pattern: &mut Pattern,
+    item: &PatternedItem,
+    surface: &Surface,
+    inputs: Inputs,
+    mesh: AssetId<Mesh>,
+    tools: &mut Tools,
+    fresh: bool,
+) -> Result<Changed, PatternError> {
+    let moved = fresh || pattern.geometry != surface.geometry || pattern.inputs.linear != inputs.linear;
+    let turned = moved || item.field.is_changed() || pattern.inputs != inputs;
+    let uniform = match (&*item.field, &*item.frequency) {
+        (DirectionField::Axis(axis), Frequency::Uniform(f)) => Some((*axis, *f)),
+        _ => None,
+    };
+    pattern.geometry = surface.geometry;
+    pattern.inputs = inputs;
+    if !turned && !item.frequency.is_changed() && pattern.task.is_none() {
+        return Ok(Changed::Nothing);
+    }
+    let Some(graph) = tools.graphs.get(&surface.graph) else { return Ok(Changed::Waiting) };
+    if moved && let (Some(linear), Some(first)) = (inputs.linear, pattern.ranges.geometry) {
+        let graph = in_world(graph, linear);
+        tools.arena.write(Pool::Geometry, first, &geometry(&graph.positions, &graph.areas, &graph.normals));
+    }
+    let vector = if inputs.symmetry == Symmetry::Vector { FLAG_VECTOR } else { 0 };
+    pattern.record.flags = (pattern.record.flags & !(FLAG_VECTOR | FLAG_AXIS)) | vector;
+    if let Some((axis, frequency)) = uniform {
+        check_uniform(axis, frequency, inputs.turn)?;
+        pattern.task = None;
+        pattern.directions.clear();
+        pattern.record.flags |= FLAG_AXIS;
+        pattern.record.axis = axis.to_array();
+        pattern.record.frequency = frequency;
+        pattern.record.turn = inputs.turn;
+        pattern.write_record(&mut tools.arena);
+        if pattern.phase == Phase::Waiting {
+            pattern.phase = Phase::Cold;
+        }
+        return Ok(Changed::Inputs);
+    }
+    pattern.write_record(&mut tools.arena);
+    let slow = matches!(*item.field, DirectionField::PrincipalCurvature { .. });
+    let mut new = None;
+    if turned || pattern.directions.is_empty() {
+        let source = tools.meshes.get(mesh).ok_or(PatternError::MeshDataTaken)?;
+        if slow && (pattern.task.is_none() || turned) {
+            let (field, graph) = (item.field.clone(), graph.clone());
+            pattern.task = Some(AsyncComputeTaskPool::get().spawn(async move {
+                let empty = Mesh::new(bevy::mesh::PrimitiveTopology::TriangleList, default());
+                directions_in(&field, inputs, &graph, &empty)
+            }));
+        } else if !slow {
+            pattern.task = None;
+            new = Some(directions_in(&item.field, inputs, graph, source)?);
+        }
+    }
+    if let Some(task) = &mut pattern.task {
+        let Some(done) = block_on(poll_once(task)) else { return Ok(Changed::Waiting) };
+        pattern.task = None;
+        new = Some(done?);
+    }
+    if let Some(mut new) = new {
+        if inputs.symmetry == Symmetry::Line && pattern.directions.len() == new.len() {
+            align_to_previous(&mut new, &pattern.directions);
+        }
+        pattern.directions = new;
+    }
+    let source = tools.meshes.get(mesh).ok_or(PatternError::MeshDataTaken)?;
+    let frequencies = frequencies(&item.frequency, graph, source)?;
+    let field: Vec<Vec4> = pattern.directions.iter().zip(&frequencies).map(|(d, &f)| d.extend(f)).collect();
+    tools.arena.write(Pool::Wave, pattern.ranges.field, &field);
+    if pattern.phase == Phase::Waiting {
+        pattern.phase = Phase::Cold;
+    }
+    Ok(Changed::Inputs)
+}
+
+fn check_uniform(axis: Dir3, frequency: f32, turn: f32) -> Result<(), PatternError> {
+    if !axis.is_finite() || !turn.is_finite() {
+        Err(PatternError::NotFinite { what: "direction of vertex", index: 0 })
+    } else if !frequency.is_finite() {
+        Err(PatternError::NotFinite { what: "frequency of vertex", index: 0 })
+    } else if frequency < 0.0 {
+        Err(PatternError::NegativeFrequency(frequency))
+    } else {
+        Ok(())
+    }
+}
+
+/// A graph with positions and normals carried into the world by the linear part of a transform.
+fn in_world(graph: &SurfaceGraph, linear: Mat3A) -> SurfaceGraph {
+    let normal = linear.inverse().transpose();
+    let mut world = graph.clone();
+    world.positions.iter_mut().for_each(|p| *p = linear * *p);
+    world.normals.iter_mut().for_each(|n| *n = (normal * *n).normalize_or(*n));
+    world
+}
+
+/// The directions of a field in the space of the pattern.
+fn directions_in(
+    field: &DirectionField,
+    inputs: Inputs,
+    graph: &SurfaceGraph,
+    mesh: &Mesh,
+) -> Result<Vec<Vec3>, PatternError> {
+    let Some(linear) = inputs.linear else { return directions(field, inputs.symmetry, inputs.turn, graph, mesh) };
+    let world = in_world(graph, linear);
+    match field {
+        // These are vectors of the mesh, which are carried along; the others are made from the world's positions.
+        DirectionField::Attribute(_) | DirectionField::Vertices(_) | DirectionField::Tangents(_) => {
+            let mut d = directions(field, inputs.symmetry, inputs.turn, graph, mesh)?;
+            d.iter_mut().zip(&world.normals).for_each(|(d, &n)| *d = project_tangent(linear * *d, n));
+            Ok(d)
+        }
+        _ => directions(field, inputs.symmetry, inputs.turn, &world, mesh),
+    }
+}
+
+/// Frames of soft sweeps after the last change, before a pattern comes to rest.
+const FRAMES_TO_REST: u32 = 10;
+
+/// Decides what a pattern takes part in.
+fn schedule(
+    item: &mut PatternedItem,
+    changed: Changed,
+    status: &GpuStatus,
+    work: &mut Work,
+    tools: &mut Tools,
+    ready: &mut Vec<Entity>,
+) {
+    let Some(pattern) = item.pattern.as_mut() else {
+        item.state.set_if_neq(PatternState::Preparing);
+        return;
+    };
+    if !status.is_ready() || pattern.phase == Phase::Waiting {
+        if !pattern.is_drawn() {
+            item.state.set_if_neq(PatternState::Preparing);
+        }
+        if changed == Changed::Inputs && pattern.phase != Phase::Waiting {
+            pattern.phase = Phase::Cold;
+        }
+        return;
+    }
+    let member = pattern.member();
+    if pattern.phase == Phase::Cold {
+        if pattern.record.flags & FLAG_AXIS != 0 {
+            work.axis.push(member.clone());
+        }
+        work.changed.push(member.clone());
+        work.cold.push(member);
+        if !pattern.is_drawn() {
+            ready.push(item.entity);
+        }
+        pattern.record.flags |= FLAG_READY | FLAG_FOLLOW;
+        pattern.write_record(&mut tools.arena);
+        pattern.phase = Phase::Asleep;
+        item.state.set_if_neq(PatternState::Converged);
+    } else if changed == Changed::Inputs {
+        if pattern.record.flags & FLAG_AXIS != 0 {
+            work.axis.push(member.clone());
+        }
+        work.changed.push(member.clone());
+        work.warm.push(member);
+        pattern.phase = Phase::Warm(FRAMES_TO_REST);
+        item.state.set_if_neq(PatternState::Solving);
+    } else if let Phase::Warm(frames) = pattern.phase {
+        if frames > 0 {
+            work.warm.push(member);
+            pattern.phase = Phase::Warm(frames - 1);
+        } else {
+            work.settling.push(member);
+            pattern.phase = Phase::Asleep;
+            item.state.set_if_neq(PatternState::Converged);
+        }
+    }
+}
+
+/// Says once why a pattern cannot be drawn, and draws the base material.
+fn fail(item: &mut PatternedItem, tools: &mut Tools, error: PatternError) {
+    let failed = PatternState::Failed(error.clone());
+    if *item.state == failed {
+        return;
+    }
+    *item.state = failed;
+    error!("no pattern on {}: {error}", item.entity);
+    if let Some(pattern) = item.pattern.as_mut() {
+        pattern.record.flags &= !FLAG_READY;
+        pattern.phase = Phase::Waiting;
+        pattern.write_record(&mut tools.arena);
+    }
+    tools.commands.trigger(PatternFailed { entity: item.entity, error });
+}
+
+/// Solves a pattern from nothing.
+pub(crate) fn restart(event: On<RestartPattern>, mut patterns: Query<&mut Pattern>) {
+    if let Ok(mut pattern) = patterns.get_mut(event.entity)
+        && pattern.phase != Phase::Waiting
+    {
+        pattern.phase = Phase::Cold;
+    }
+}
+
+/// An entity without a field has its own mesh and no pattern.
+pub(crate) fn remove_pattern(event: On<Remove, DirectionField>, meshes: Query<&PatternMesh>, mut commands: Commands) {
+    let Ok(meshes) = meshes.get(event.entity) else { return };
+    if let Ok(mut entity) = commands.get_entity(event.entity) {
+        entity.try_remove::<(Pattern, MeshTag, PatternMesh, PatternState)>();
+        entity.try_insert(Mesh3d(meshes.source.clone()));
+    }
+}

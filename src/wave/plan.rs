@@ -1,0 +1,407 @@
+//! What the GPU does in a frame: a list of dispatches, each of which serves all entities that take part.
+//!
+//! The number of dispatches depends on levels, colours and sweeps, never on the number of entities.
+
+use super::{
+    arena::Upload,
+    pack::{ITEM, PackedGraph},
+    solver::{ColdStart, SolverSettings},
+};
+use bytemuck::{Pod, Zeroable};
+use std::{ops::Range, sync::Arc};
+
+/// The compute passes; each is an entry point of the same name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Pass {
+    /// Directions of entities that follow an axis.
+    ProjectAxis,
+    /// Edge constants.
+    EdgeWeights,
+    /// Children's signs and phases against their root.
+    Align,
+    /// Coarse weights.
+    Restrict,
+    /// Sets a top level to 1.
+    StartTop,
+    /// All small levels of an entity.
+    SolveSmall,
+    /// Rotates children.
+    Prolong,
+    /// One colour of the mesh.
+    SweepFine,
+    /// One colour of a coarse level.
+    SweepCoarse,
+    /// Hashed phases.
+    StartLocal,
+    /// One colour of the local rule.
+    SweepLocal,
+    /// Energy per item.
+    EnergyPartial,
+    /// Energy per entity.
+    EnergyTotal,
+    /// End of the local rule.
+    Decide,
+    /// Branches per item.
+    BranchesPartial,
+    /// Branches per entity.
+    BranchesTotal,
+    /// Energy and branches of all patterns.
+    Report,
+}
+
+impl Pass {
+    /// All passes, in the order of their discriminants.
+    pub const ALL: [Self; 17] = [
+        Self::ProjectAxis,
+        Self::EdgeWeights,
+        Self::Align,
+        Self::Restrict,
+        Self::StartTop,
+        Self::SolveSmall,
+        Self::Prolong,
+        Self::SweepFine,
+        Self::SweepCoarse,
+        Self::StartLocal,
+        Self::SweepLocal,
+        Self::EnergyPartial,
+        Self::EnergyTotal,
+        Self::Decide,
+        Self::BranchesPartial,
+        Self::BranchesTotal,
+        Self::Report,
+    ];
+
+    /// Name of the entry point.
+    pub fn entry_point(self) -> &'static str {
+        match self {
+            Self::ProjectAxis => "project_axis",
+            Self::EdgeWeights => "edge_weights",
+            Self::Align => "align",
+            Self::Restrict => "restrict",
+            Self::StartTop => "start_top",
+            Self::SolveSmall => "solve_small",
+            Self::Prolong => "prolong",
+            Self::SweepFine => "sweep_fine",
+            Self::SweepCoarse => "sweep_coarse",
+            Self::StartLocal => "start_local",
+            Self::SweepLocal => "sweep_local",
+            Self::EnergyPartial => "energy_partial",
+            Self::EnergyTotal => "energy_total",
+            Self::Decide => "decide",
+            Self::BranchesPartial => "branches_partial",
+            Self::BranchesTotal => "branches_total",
+            Self::Report => "report",
+        }
+    }
+}
+
+/// `Step` of `passes.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+pub(crate) struct StepUniform {
+    pub(crate) first_item: u32,
+    pub(crate) item_count: u32,
+    pub(crate) row: u32,
+    pub(crate) relaxation: u32,
+    pub(crate) omega: f32,
+    pub(crate) softness: f32,
+    pub(crate) level_sweeps: u32,
+    pub(crate) momentum: f32,
+    pub(crate) epsilon: f32,
+    pub(crate) pad: [u32; 3],
+}
+
+const PLAIN: u32 = 0;
+const TURN: u32 = 1;
+const SOFT: u32 = 2;
+
+/// Workgroups per row: below WebGPU's 65,535 per dimension.
+const ROW: u32 = 32_768;
+/// Levels of at most this many nodes are solved by one workgroup in one dispatch.
+const SMALL_LEVEL: u32 = 1024;
+
+/// One dispatch.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Step {
+    pub(crate) pass: Pass,
+    pub(crate) uniform: StepUniform,
+}
+
+impl Step {
+    pub(crate) fn workgroups(&self) -> (u32, u32) {
+        match self.pass {
+            Pass::Report => (1, 1),
+            _ => (self.uniform.item_count.min(ROW), self.uniform.item_count.div_ceil(ROW)),
+        }
+    }
+}
+
+/// All that the GPU does for patterns in one frame.
+#[derive(Debug, Default)]
+pub(crate) struct Frame {
+    /// Bytes that the shared buffers must have.
+    pub(crate) capacities: [u64; 5],
+    pub(crate) uploads: Vec<Upload>,
+    /// (record, level, first node, end node).
+    pub(crate) items: Vec<[u32; 4]>,
+    pub(crate) steps: Vec<Step>,
+    /// Sweeps over the mesh.
+    pub(crate) sweeps: u32,
+}
+
+/// A pattern, as the plan sees it.
+#[derive(Debug, Clone)]
+pub(crate) struct Member {
+    pub(crate) record: u32,
+    pub(crate) graph: Arc<PackedGraph>,
+}
+
+impl Member {
+    fn levels(&self) -> usize {
+        self.graph.levels.len()
+    }
+
+    fn nodes(&self, level: usize) -> u32 {
+        self.graph.levels[level].record.nodes
+    }
+
+    /// The first level from which on all levels are small; at least 1, and the number of levels where there is none.
+    fn first_small(&self) -> usize {
+        let large = self.graph.levels.iter().rposition(|level| level.record.nodes > SMALL_LEVEL);
+        large.map_or(1, |large| large + 1).max(1)
+    }
+}
+
+/// Which entities take part in what, this frame.
+#[derive(Debug, Default)]
+pub(crate) struct Work {
+    /// Directions are projected on the GPU.
+    pub(crate) axis: Vec<Member>,
+    /// An input changed: edge constants are made anew.
+    pub(crate) changed: Vec<Member>,
+    /// Start from nothing.
+    pub(crate) cold: Vec<Member>,
+    /// Follow a change.
+    pub(crate) warm: Vec<Member>,
+    /// Come to rest.
+    pub(crate) settling: Vec<Member>,
+    /// Everything that is drawn, for the report; empty: no report.
+    pub(crate) reported: Vec<Member>,
+}
+
+impl Work {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.axis.is_empty()
+            && self.changed.is_empty()
+            && self.cold.is_empty()
+            && self.warm.is_empty()
+            && self.settling.is_empty()
+            && self.reported.is_empty()
+    }
+}
+
+/// The dispatches of a frame.
+pub(crate) fn plan(work: &Work, settings: &SolverSettings, frame: &mut Frame) {
+    let mut planner = Planner { frame, settings };
+    planner.pass_over_vertices(Pass::ProjectAxis, &work.axis);
+    planner.pass_over_vertices(Pass::EdgeWeights, &work.changed);
+    match &settings.cold_start {
+        ColdStart::Hierarchy { level_sweeps } => planner.hierarchy(&work.cold, *level_sweeps),
+        ColdStart::Local(_) => planner.local(&work.cold),
+    }
+    planner.sweeps(work);
+    planner.report(&work.reported);
+}
+
+struct Planner<'a> {
+    frame: &'a mut Frame,
+    settings: &'a SolverSettings,
+}
+
+impl Planner<'_> {
+    /// Cuts nodes `first..end` of a record's level into items of work.
+    fn push_items(&mut self, record: u32, level: usize, first: u32, end: u32) {
+        let items = (first..end).step_by(ITEM as usize);
+        self.frame.items.extend(items.map(|at| [record, level as u32, at, end.min(at + ITEM)]));
+    }
+
+    /// The items that `push` appends.
+    fn items(&mut self, push: impl FnOnce(&mut Self)) -> Range<u32> {
+        let first = self.frame.items.len() as u32;
+        push(self);
+        first..self.frame.items.len() as u32
+    }
+
+    /// Items over all nodes of a level, of the members that have it.
+    fn level_items(&mut self, members: &[Member], level: usize) -> Range<u32> {
+        self.items(|planner| {
+            for member in members.iter().filter(|member| level < member.levels()) {
+                planner.push_items(member.record, level, 0, member.nodes(level));
+            }
+        })
+    }
+
+    /// Items over each colour class of a level.
+    fn class_items<'m>(&mut self, members: impl Iterator<Item = &'m Member> + Clone, level: usize) -> Vec<Range<u32>> {
+        let colors = members.clone().map(|member| member.graph.levels[level].classes.len() - 1).max().unwrap_or(0);
+        let class = |planner: &mut Self, color: usize| {
+            for member in members.clone() {
+                if let [first, end] = member.graph.levels[level].classes.get(color..color + 2).unwrap_or(&[])[..] {
+                    planner.push_items(member.record, level, first, end);
+                }
+            }
+        };
+        (0..colors).map(|color| self.items(|planner| class(planner, color))).collect()
+    }
+
+    fn step(&mut self, pass: Pass, items: &Range<u32>, uniform: StepUniform) {
+        if !items.is_empty() {
+            let uniform =
+                StepUniform { first_item: items.start, item_count: items.end - items.start, row: ROW, ..uniform };
+            self.frame.steps.push(Step { pass, uniform });
+        }
+    }
+
+    fn pass_over_vertices(&mut self, pass: Pass, members: &[Member]) {
+        let items = self.level_items(members, 0);
+        self.step(pass, &items, StepUniform::default());
+    }
+
+    fn relax(&mut self, pass: Pass, classes: &[Range<u32>], relaxation: u32, omega: f32) {
+        self.frame.sweeps += u32::from(pass == Pass::SweepFine && !classes.is_empty());
+        for items in classes {
+            let uniform = StepUniform { relaxation, omega, softness: self.settings.softness, ..StepUniform::default() };
+            self.step(pass, items, uniform);
+        }
+    }
+
+    /// The Galerkin cold start.
+    fn hierarchy(&mut self, cold: &[Member], level_sweeps: u32) {
+        let uniform = StepUniform { level_sweeps, omega: self.settings.omega, ..StepUniform::default() };
+        let depth = cold.iter().map(Member::first_small).max().unwrap_or(0);
+        // Up, as far as levels are large.
+        for level in 0..depth {
+            let large: Vec<&Member> =
+                cold.iter().filter(|member| level < member.first_small() && level + 1 < member.levels()).collect();
+            let items = self.items(|planner| {
+                large.iter().for_each(|member| planner.push_items(member.record, level, 0, member.nodes(level)));
+            });
+            self.step(Pass::Align, &items, uniform);
+            let items = self.items(|planner| {
+                large.iter().for_each(|member| planner.push_items(member.record, level, 0, member.nodes(level + 1)));
+            });
+            self.step(Pass::Restrict, &items, uniform);
+        }
+        // The top: small levels by one workgroup, or a last level that is large since it has many components.
+        let items = self.items(|planner| {
+            for member in cold.iter().filter(|member| member.first_small() < member.levels()) {
+                planner.frame.items.push([member.record, member.first_small() as u32, 0, 1]);
+            }
+        });
+        self.step(Pass::SolveSmall, &items, uniform);
+        let items = self.items(|planner| {
+            for member in cold.iter().filter(|member| member.first_small() >= member.levels()) {
+                let top = member.levels() - 1;
+                planner.push_items(member.record, top, 0, member.nodes(top));
+            }
+        });
+        self.step(Pass::StartTop, &items, uniform);
+        // Down again.
+        for level in (0..depth).rev() {
+            let large = || cold.iter().filter(move |member| level < member.first_small().min(member.levels()));
+            let items = self.items(|planner| {
+                for member in large().filter(|member| level + 1 < member.levels()) {
+                    planner.push_items(member.record, level, 0, member.nodes(level));
+                }
+            });
+            self.step(Pass::Prolong, &items, uniform);
+            let classes = self.class_items(large(), level);
+            let pass = if level == 0 { Pass::SweepFine } else { Pass::SweepCoarse };
+            for n in 0..level_sweeps {
+                self.relax(pass, &classes, TURN, if n == 0 { 1.0 } else { self.settings.omega });
+            }
+        }
+    }
+
+    /// The local rule: as many sweeps as allowed; entities whose energy has settled take part no more.
+    fn local(&mut self, cold: &[Member]) {
+        let ColdStart::Local(rule) = &self.settings.cold_start else { return };
+        let rule = rule.clone();
+        let uniform = StepUniform { momentum: rule.momentum, epsilon: rule.epsilon, ..StepUniform::default() };
+        let vertices = self.level_items(cold, 0);
+        self.step(Pass::StartLocal, &vertices, uniform);
+        let classes = self.class_items(cold.iter(), 0);
+        let partials = self.partial_items(cold, |member| member.graph.vertices.div_ceil(ITEM));
+        for n in 0..rule.max_sweeps {
+            self.frame.sweeps += u32::from(!classes.is_empty());
+            let skipped = if rule.skip_last_third && n % 2 == 1 { classes.len() / 3 } else { 0 };
+            for items in &classes[..classes.len() - skipped] {
+                self.step(Pass::SweepLocal, items, uniform);
+            }
+            if rule.epsilon > 0.0 {
+                self.step(Pass::EnergyPartial, &vertices, uniform);
+                self.step(Pass::EnergyTotal, &partials, uniform);
+                self.step(Pass::Decide, &partials, uniform);
+            }
+        }
+    }
+
+    /// One item per member: its range of partial sums.
+    fn partial_items(&mut self, members: &[Member], partials: impl Fn(&Member) -> u32) -> Range<u32> {
+        self.items(|planner| {
+            planner.frame.items.extend(members.iter().map(|member| [member.record, 0, 0, partials(member)]));
+        })
+    }
+
+    /// Soft sweeps of what starts and what follows, plain sweeps of what starts and what comes to rest.
+    fn sweeps(&mut self, work: &Work) {
+        let hierarchy = matches!(self.settings.cold_start, ColdStart::Hierarchy { .. });
+        let cold: &[Member] = if hierarchy { &work.cold } else { &[] };
+        let soft = if cold.is_empty() { 0 } else { self.settings.soft_sweeps };
+        let warm = if work.warm.is_empty() { 0 } else { self.settings.warm_sweeps };
+        // Those with fewer sweeps join for the last ones, so that all share dispatches.
+        let longest = soft.max(warm);
+        let mut classes: Option<((bool, bool), Vec<Range<u32>>)> = None;
+        for n in 0..longest {
+            let takes_part = (n + soft >= longest, n + warm >= longest);
+            if classes.as_ref().is_none_or(|(of, _)| *of != takes_part) {
+                let starting = cold.iter().take(if takes_part.0 { cold.len() } else { 0 });
+                let following = work.warm.iter().take(if takes_part.1 { work.warm.len() } else { 0 });
+                classes = Some((takes_part, self.class_items(starting.chain(following), 0)));
+            }
+            let Some((_, items)) = classes.take() else { continue };
+            // After unit phasors the first sweep is not over-relaxed: it would overshoot.
+            let first = !cold.is_empty() && n + soft == longest;
+            self.relax(Pass::SweepFine, &items, SOFT, if first { 1.0 } else { self.settings.omega });
+            classes = Some((takes_part, items));
+        }
+        let items = self.class_items(cold.iter().chain(&work.settling), 0);
+        for _ in 0..self.settings.plain_sweeps {
+            self.relax(Pass::SweepFine, &items, PLAIN, 1.0);
+        }
+    }
+
+    /// Energy and branches of all patterns.
+    fn report(&mut self, members: &[Member]) {
+        if members.is_empty() {
+            return;
+        }
+        let uniform = StepUniform::default();
+        let vertices = self.level_items(members, 0);
+        self.step(Pass::EnergyPartial, &vertices, uniform);
+        let partials = self.partial_items(members, |member| member.graph.vertices.div_ceil(ITEM));
+        self.step(Pass::EnergyTotal, &partials, uniform);
+        let triangles = self.items(|planner| {
+            for member in members {
+                let items = (0..member.graph.triangles).step_by(ITEM as usize).enumerate();
+                let end = member.graph.triangles;
+                let item = |(n, at): (usize, u32)| [member.record, n as u32, at, end.min(at + ITEM)];
+                planner.frame.items.extend(items.map(item));
+            }
+        });
+        self.step(Pass::BranchesPartial, &triangles, uniform);
+        let partials = self.partial_items(members, |member| member.graph.triangles.div_ceil(ITEM));
+        self.step(Pass::BranchesTotal, &partials, uniform);
+        self.step(Pass::Report, &partials, uniform);
+    }
+}

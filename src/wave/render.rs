@@ -1,0 +1,375 @@
+//! The solver in the render world: pipelines, uploads and dispatches.
+//!
+//! In: the [`Frame`] of the main world. Out: phasors in the shared buffers, before any camera draws.
+
+use super::{
+    arena::Pool,
+    patterns::Outbox,
+    plan::{Frame, Pass, Step, StepUniform},
+};
+use crate::error::PatternError;
+use bevy::{
+    asset::{embedded_asset, load_embedded_asset},
+    core_pipeline::schedule::camera_driver,
+    prelude::*,
+    render::{
+        MainWorld, Render, RenderApp, RenderStartup, RenderSystems,
+        diagnostic::RecordDiagnostics,
+        render_asset::RenderAssets,
+        render_resource::{
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BufferBinding,
+            BufferDescriptor, BufferInitDescriptor, BufferUsages, CachedComputePipelineId, CachedPipelineState,
+            ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, ShaderStages,
+            binding_types::{
+                storage_buffer_read_only_sized, storage_buffer_sized, uniform_buffer_sized,
+            },
+        },
+        renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
+        storage::GpuShaderBuffer,
+    },
+};
+use std::{
+    num::NonZeroU64,
+    sync::{
+        Arc, PoisonError, RwLock,
+        atomic::{AtomicBool, AtomicU32, Ordering::Relaxed},
+    },
+};
+
+/// What the main world knows of the GPU.
+#[derive(Resource, Clone, Default)]
+pub(crate) struct GpuStatus(Arc<Status>);
+
+#[derive(Default)]
+struct Status {
+    ready: AtomicBool,
+    reports: AtomicBool,
+    generation: AtomicU32,
+    error: RwLock<Option<PatternError>>,
+}
+
+impl GpuStatus {
+    /// All pipelines are compiled.
+    pub(crate) fn is_ready(&self) -> bool {
+        self.0.ready.load(Relaxed)
+    }
+
+    /// Somebody reads diagnostics.
+    pub(crate) fn reports(&self) -> bool {
+        self.0.reports.load(Relaxed)
+    }
+
+    /// Counts the devices so far; what was on an earlier one is lost.
+    pub(crate) fn generation(&self) -> u32 {
+        self.0.generation.load(Relaxed)
+    }
+
+    /// Why the GPU cannot solve.
+    pub(crate) fn error(&self) -> Option<PatternError> {
+        self.0.error.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn set_error(&self, error: PatternError) {
+        self.0.error.write().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+}
+
+/// Counts what the solver does; read it to see that a pattern sleeps.
+#[derive(Resource, Clone, Default)]
+pub struct SolverCounters(Arc<Counters>);
+
+#[derive(Default)]
+struct Counters {
+    dispatches: AtomicU32,
+    sweeps: AtomicU32,
+}
+
+impl SolverCounters {
+    /// Dispatches of the last frame.
+    pub fn dispatches(&self) -> u32 {
+        self.0.dispatches.load(Relaxed)
+    }
+
+    /// Sweeps over the mesh in the last frame.
+    pub fn sweeps(&self) -> u32 {
+        self.0.sweeps.load(Relaxed)
+    }
+}
+
+/// Frames from the main world that the GPU has not done yet.
+#[derive(Resource, Default)]
+struct Pending(Vec<Frame>);
+
+/// The dispatches of this frame, ready to be recorded.
+#[derive(Resource, Default)]
+struct Prepared {
+    steps: Vec<Step>,
+    sweeps: u32,
+    bind_group: Option<BindGroup>,
+}
+
+#[derive(Resource)]
+struct Pipelines {
+    layout: BindGroupLayoutDescriptor,
+    ids: [CachedComputePipelineId; Pass::ALL.len()],
+}
+
+/// Bytes from one step's uniform to the next: WebGPU's largest alignment of a dynamic offset.
+const STEP_STRIDE: usize = 256;
+
+pub(crate) fn build(app: &mut App) {
+    embedded_asset!(app, "passes.wgsl");
+    embedded_asset!(app, "field.wgsl");
+    embedded_asset!(app, "edges.wgsl");
+    embedded_asset!(app, "hierarchy.wgsl");
+    embedded_asset!(app, "sweep.wgsl");
+    embedded_asset!(app, "measure.wgsl");
+    let status = GpuStatus::default();
+    let counters = SolverCounters::default();
+    app.insert_resource(status.clone()).insert_resource(counters.clone());
+    let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
+    render_app
+        .insert_resource(status)
+        .insert_resource(counters)
+        .init_resource::<Pending>()
+        .init_resource::<Prepared>()
+        .add_systems(RenderStartup, init_pipelines)
+        .add_systems(ExtractSchedule, extract)
+        .add_systems(Render, prepare.in_set(RenderSystems::PrepareBindGroups))
+        .add_systems(RenderGraph, solve.in_set(RenderGraphSystems::Render).before(camera_driver));
+}
+
+fn init_pipelines(
+    mut commands: Commands,
+    assets: Res<AssetServer>,
+    cache: Res<PipelineCache>,
+    device: Res<RenderDevice>,
+    status: Res<GpuStatus>,
+) {
+    status.0.generation.fetch_add(1, Relaxed);
+    status.0.ready.store(false, Relaxed);
+    if let Some(error) = missing_limit(&device) {
+        status.set_error(error);
+        return;
+    }
+    let storage = || storage_buffer_sized(false, None);
+    let read_only = || storage_buffer_read_only_sized(false, None);
+    let step = uniform_buffer_sized(true, NonZeroU64::new(size_of::<StepUniform>() as u64));
+    let layout = BindGroupLayoutDescriptor::new(
+        "pattern_solver",
+        &BindGroupLayoutEntries::sequential(
+            ShaderStages::COMPUTE,
+            (step, read_only(), read_only(), read_only(), storage(), storage(), storage()),
+        ),
+    );
+    // The shaders import it by name.
+    commands.insert_resource(PassLibrary(load_embedded_asset!(&*assets, "passes.wgsl")));
+    let ids = Pass::ALL.map(|pass| {
+        let shader = match pass {
+            Pass::ProjectAxis => load_embedded_asset!(&*assets, "field.wgsl"),
+            Pass::EdgeWeights => load_embedded_asset!(&*assets, "edges.wgsl"),
+            Pass::Align
+            | Pass::Restrict
+            | Pass::StartTop
+            | Pass::SolveSmall
+            | Pass::Prolong
+            | Pass::SweepCoarse => load_embedded_asset!(&*assets, "hierarchy.wgsl"),
+            Pass::SweepFine | Pass::StartLocal | Pass::SweepLocal => load_embedded_asset!(&*assets, "sweep.wgsl"),
+            Pass::EnergyPartial
+            | Pass::EnergyTotal
+            | Pass::Decide
+            | Pass::BranchesPartial
+            | Pass::BranchesTotal
+            | Pass::Report => load_embedded_asset!(&*assets, "measure.wgsl"),
+        };
+        cache.queue_compute_pipeline(ComputePipelineDescriptor {
+            label: Some(pass.entry_point().into()),
+            layout: vec![layout.clone()],
+            shader,
+            entry_point: Some(pass.entry_point().into()),
+            ..default()
+        })
+    });
+    commands.insert_resource(Pipelines { layout, ids });
+}
+
+/// Keeps the shader library loaded.
+#[derive(Resource)]
+struct PassLibrary(#[expect(dead_code, reason = "holding the handle is its use")] Handle<Shader>);
+
+/// The first limit of the device that is below what the solver needs.
+fn missing_limit(device: &RenderDevice) -> Option<PatternError> {
+    let limits = device.limits();
+    let needs: [(&'static str, u32, u32); 4] = [
+        ("max_storage_buffers_per_shader_stage", limits.max_storage_buffers_per_shader_stage, 6),
+        ("max_compute_invocations_per_workgroup", limits.max_compute_invocations_per_workgroup, 256),
+        ("max_compute_workgroup_size_x", limits.max_compute_workgroup_size_x, 256),
+        ("max_compute_workgroups_per_dimension", limits.max_compute_workgroups_per_dimension, 32_768),
+    ];
+    needs.into_iter().find(|(_, found, needed)| found < needed).map(|(limit, found, needed)| PatternError::GpuLimit {
+        limit,
+        found: found.into(),
+        needed: needed.into(),
+    })
+}
+
+fn extract(mut main: ResMut<MainWorld>, mut pending: ResMut<Pending>) {
+    let Some(mut outbox) = main.get_resource_mut::<Outbox>() else { return };
+    if !outbox.0.uploads.is_empty() || !outbox.0.steps.is_empty() {
+        pending.0.push(std::mem::take(&mut outbox.0));
+    }
+}
+
+/// Uploads what the main world wrote and binds the shared buffers, as soon as all of them are large enough.
+fn prepare(
+    mut pending: ResMut<Pending>,
+    mut prepared: ResMut<Prepared>,
+    pipelines: Option<Res<Pipelines>>,
+    cache: Res<PipelineCache>,
+    buffers: Res<RenderAssets<GpuShaderBuffer>>,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    status: Res<GpuStatus>,
+) {
+    *prepared = Prepared::default();
+    let Some(pipelines) = pipelines else { return };
+    let mut compiled = true;
+    for id in pipelines.ids {
+        match cache.get_compute_pipeline_state(id) {
+            CachedPipelineState::Ok(_) => {}
+            CachedPipelineState::Err(error) => {
+                compiled = false;
+                let compiling = format!("{error:?}");
+                if !compiling.contains("ShaderNotLoaded") && !compiling.contains("ShaderImportNotYetAvailable") {
+                    status.set_error(PatternError::Pipeline(error.to_string()));
+                }
+            }
+            _ => compiled = false,
+        }
+    }
+    status.0.ready.store(compiled, Relaxed);
+    let Some(last) = pending.0.last() else { return };
+    let gpu: Option<Vec<&GpuShaderBuffer>> = Pool::ALL.iter().map(|pool| buffers.get(&pool.handle())).collect();
+    let Some(gpu) = gpu else { return };
+    let large = gpu.iter().zip(last.capacities).all(|(buffer, needed)| buffer.buffer.size() >= needed);
+    let solves = pending.0.iter().any(|frame| !frame.steps.is_empty());
+    if !large || (solves && !compiled) {
+        return;
+    }
+    let mut items: Vec<[u32; 4]> = Vec::new();
+    for frame in pending.0.drain(..) {
+        for upload in &frame.uploads {
+            queue.write_buffer(&gpu[upload.pool as usize].buffer, upload.offset, &upload.bytes);
+        }
+        let first = items.len() as u32;
+        items.extend_from_slice(&frame.items);
+        prepared.sweeps += frame.sweeps;
+        prepared.steps.extend(frame.steps.into_iter().map(|mut step| {
+            step.uniform.first_item += first;
+            step
+        }));
+    }
+    if prepared.steps.is_empty() {
+        return;
+    }
+    let stride = STEP_STRIDE.max(device.limits().min_uniform_buffer_offset_alignment as usize);
+    let mut uniforms = vec![0u8; stride * prepared.steps.len()];
+    for (slot, step) in uniforms.chunks_mut(stride).zip(&prepared.steps) {
+        slot[..size_of::<StepUniform>()].copy_from_slice(bytemuck::bytes_of(&step.uniform));
+    }
+    let uniforms = device.create_buffer_with_data(&BufferInitDescriptor {
+        label: Some("pattern_steps"),
+        contents: &uniforms,
+        usage: BufferUsages::UNIFORM,
+    });
+    let work = device.create_buffer(&BufferDescriptor {
+        label: Some("pattern_items"),
+        size: (items.len() * size_of::<[u32; 4]>()) as u64,
+        usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    queue.write_buffer(&work, 0, bytemuck::cast_slice(&items));
+    let step = BufferBinding {
+        buffer: &uniforms,
+        offset: 0,
+        size: NonZeroU64::new(size_of::<StepUniform>() as u64),
+    };
+    prepared.bind_group = Some(device.create_bind_group(
+        "pattern_solver",
+        &cache.get_bind_group_layout(&pipelines.layout),
+        &BindGroupEntries::sequential((
+            step,
+            work.as_entire_buffer_binding(),
+            gpu[Pool::Surface as usize].buffer.as_entire_buffer_binding(),
+            gpu[Pool::Geometry as usize].buffer.as_entire_buffer_binding(),
+            gpu[Pool::Wave as usize].buffer.as_entire_buffer_binding(),
+            gpu[Pool::Edges as usize].buffer.as_entire_buffer_binding(),
+            gpu[Pool::Balance as usize].buffer.as_entire_buffer_binding(),
+        )),
+    ));
+}
+
+/// Records the dispatches: one compute pass per run of equal stages, so that diagnostics can tell their times.
+fn solve(
+    mut context: RenderContext,
+    prepared: Res<Prepared>,
+    pipelines: Option<Res<Pipelines>>,
+    cache: Res<PipelineCache>,
+    buffers: Res<RenderAssets<GpuShaderBuffer>>,
+    device: Res<RenderDevice>,
+    status: Res<GpuStatus>,
+    counters: Res<SolverCounters>,
+) {
+    let diagnostics = context.diagnostic_recorder();
+    let diagnostics = diagnostics.as_deref();
+    status.0.reports.store(diagnostics.is_some(), Relaxed);
+    counters.0.dispatches.store(prepared.steps.len() as u32, Relaxed);
+    counters.0.sweeps.store(prepared.sweeps, Relaxed);
+    let (Some(pipelines), Some(bind_group)) = (pipelines, &prepared.bind_group) else { return };
+    let stride = (STEP_STRIDE as u32).max(device.limits().min_uniform_buffer_offset_alignment);
+    let encoder = context.command_encoder();
+    let mut first = 0;
+    while first < prepared.steps.len() {
+        let stage = stage(prepared.steps[first].pass);
+        let len = prepared.steps[first..].iter().take_while(|step| self::stage(step.pass) == stage).count();
+        let mut pass =
+            encoder.begin_compute_pass(&ComputePassDescriptor { label: Some(stage), ..default() });
+        let span = diagnostics.pass_span(&mut pass, stage);
+        for (n, step) in prepared.steps.iter().enumerate().skip(first).take(len) {
+            let Some(pipeline) = cache.get_compute_pipeline(pipelines.ids[step.pass as usize]) else { continue };
+            let (x, y) = step.workgroups();
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, bind_group, &[n as u32 * stride]);
+            pass.dispatch_workgroups(x, y, 1);
+        }
+        span.end(&mut pass);
+        drop(pass);
+        first += len;
+    }
+    let reported = prepared.steps.iter().any(|step| step.pass == Pass::Report);
+    if let (true, Some(balance)) = (reported, buffers.get(&Pool::Balance.handle())) {
+        diagnostics.record_f32(encoder, &balance.buffer.slice(0..4), "pattern_energy");
+        diagnostics.record_f32(encoder, &balance.buffer.slice(4..8), "pattern_branches");
+    }
+}
+
+/// The name under which a pass's time is reported.
+fn stage(pass: Pass) -> &'static str {
+    match pass {
+        Pass::ProjectAxis => "pattern_field",
+        Pass::EdgeWeights => "pattern_edges",
+        Pass::Align
+        | Pass::Restrict
+        | Pass::StartTop
+        | Pass::SolveSmall
+        | Pass::Prolong
+        | Pass::SweepCoarse => "pattern_hierarchy",
+        Pass::SweepFine
+        | Pass::StartLocal
+        | Pass::SweepLocal
+        | Pass::EnergyPartial
+        | Pass::EnergyTotal
+        | Pass::Decide => "pattern_sweeps",
+        Pass::BranchesPartial | Pass::BranchesTotal | Pass::Report => "pattern_report",
+    }
+}

@@ -1,0 +1,59 @@
+//! What users can read of a pattern, and the events it sends.
+
+use crate::error::PatternError;
+use bevy::prelude::*;
+
+/// How far a pattern has come. Set by the plugin on every entity with a
+/// [`DirectionField`](crate::field::DirectionField).
+#[derive(Component, Reflect, Debug, Clone, PartialEq, Default)]
+#[reflect(Component, Default)]
+pub enum PatternState {
+    /// The mesh is being loaded, or its graph or field is being computed; the base material is drawn.
+    #[default]
+    Preparing,
+    /// An input has changed within the last frames; the pattern is drawn and follows.
+    Solving,
+    /// Nothing changes and nothing is computed.
+    Converged,
+    /// The pattern cannot be drawn; the base material is drawn instead. A change of an input tries again.
+    Failed(PatternError),
+}
+
+/// Sent to an entity when its pattern is drawn for the first time, or anew after a failure.
+#[derive(EntityEvent, Debug, Clone)]
+pub struct PatternReady {
+    /// The entity with the pattern.
+    pub entity: Entity,
+}
+
+/// Sent to an entity when its pattern cannot be drawn.
+#[derive(EntityEvent, Debug, Clone)]
+pub struct PatternFailed {
+    /// The entity without a pattern.
+    pub entity: Entity,
+    /// Why.
+    pub error: PatternError,
+}
+
+/// Send it to an entity to solve its pattern from nothing.
+#[derive(EntityEvent, Debug, Clone)]
+pub struct RestartPattern {
+    /// The entity with the pattern.
+    pub entity: Entity,
+}
+
+/// The meshes of an entity with a pattern.
+///
+/// A pattern is drawn on an un-indexed copy of the mesh, which the plugin puts into the entity's `Mesh3d`. Here is the
+/// mesh it was made from: use it for picking, physics and changes of the shape. Setting `Mesh3d` again gives the entity
+/// a new mesh; removing its [`DirectionField`](crate::field::DirectionField) gives it back the original.
+#[derive(Component, Reflect, Debug, Clone, PartialEq)]
+#[reflect(Component)]
+pub struct PatternMesh {
+    /// The user's mesh.
+    pub source: Handle<Mesh>,
+    /// The copy that is drawn.
+    pub drawn: Handle<Mesh>,
+    /// The graph of the mesh.
+    pub graph: Handle<crate::surface::SurfaceGraph>,
+}
