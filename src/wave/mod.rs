@@ -5,3 +5,6 @@
 
 pub mod kite;
 pub mod layout;
+mod quality;
+
+pub use quality::{Quality, quality};
