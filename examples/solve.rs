@@ -19,11 +19,10 @@ use bevy_field_patterns::{
     prelude::*,
     surface::{SurfaceGraph, WeldOptions},
     wave::{
-        PatternArena,
+        Pattern, PatternArena, SolverCounters,
         kite::reversed,
-        layout::WAVE_BUFFER,
-        patterns::Pattern,
-        quality::quality,
+        layout::{BALANCE_BUFFER, WAVE_BUFFER},
+        quality,
         solver::{ColdStart, LocalRule, edges, follow_cpu, solve_cpu, sweep, Relaxation},
     },
 };
@@ -415,7 +414,7 @@ impl Gpu {
     fn report(mut self, args: &Args, problem: &Problem) -> Result<Value, String> {
         self.cold()?;
         let cold: Result<Vec<f64>, String> = (0..args.repeat).map(|_| self.cold()).collect();
-        let sweeps = self.app.world().resource::<bevy_field_patterns::wave::SolverCounters>().sweeps();
+        let sweeps = self.app.world().resource::<SolverCounters>().sweeps();
         let wave = self.wave()?;
         let sweeps = match args.method {
             MethodArg::Local if args.epsilon > 0.0 => self.local_sweeps()?,
@@ -458,8 +457,9 @@ impl Gpu {
 
     fn local_sweeps(&self) -> Result<u32, String> {
         let pattern = self.app.world().get::<Pattern>(self.entity).ok_or("the pattern is gone")?;
-        pattern.local_sweeps(|buffer, offset| {
-            gpu::read::<f32>(&self.app, buffer, offset, 4).map(|words| words.first().copied().unwrap_or(0.0) as u32)
-        })
+        // The sixth word of an entity's state counts the sweeps of the local rule.
+        let offset = 4 * u64::from(pattern.record().state_base + 5);
+        let words = gpu::read::<f32>(&self.app, &BALANCE_BUFFER, offset, 4)?;
+        Ok(words.first().copied().unwrap_or(0.0) as u32)
     }
 }

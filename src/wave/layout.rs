@@ -19,8 +19,8 @@ pub const GEOMETRY_BUFFER: Handle<ShaderBuffer> = uuid_handle!("6f0bd2b0-3f0e-4f
 pub const WAVE_BUFFER: Handle<ShaderBuffer> = uuid_handle!("6f0bd2b0-3f0e-4f3c-9a53-0f4a35b60f03");
 /// The solver's buffer of edge weights.
 pub(crate) const EDGE_BUFFER: Handle<ShaderBuffer> = uuid_handle!("6f0bd2b0-3f0e-4f3c-9a53-0f4a35b60f04");
-/// The solver's buffer of one number per node, of energies and branch counts.
-pub(crate) const BALANCE_BUFFER: Handle<ShaderBuffer> = uuid_handle!("6f0bd2b0-3f0e-4f3c-9a53-0f4a35b60f05");
+/// The solver's buffer of one number per node, of energies and branch counts, `array<f32>`.
+pub const BALANCE_BUFFER: Handle<ShaderBuffer> = uuid_handle!("6f0bd2b0-3f0e-4f3c-9a53-0f4a35b60f05");
 
 /// The pattern may be drawn: its phasors have been solved at least once.
 pub const FLAG_READY: u32 = 1;

@@ -17,11 +17,14 @@ pub mod layout;
 mod pack;
 mod patterns;
 mod plan;
+mod quality;
 mod render;
 pub mod solver;
 mod state;
 
 pub use arena::{PatternArena, PatternMemory};
+pub use patterns::Pattern;
+pub use quality::{Quality, quality};
 pub use render::SolverCounters;
 pub use solver::SolverSettings;
 pub use state::*;

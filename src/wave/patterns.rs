@@ -44,10 +44,10 @@ struct Packed {
     geometry: u32,
 }
 
-/// What an entity holds while it has a pattern.
+/// An entity's pattern in the shared buffers; there while it has one.
 #[derive(Component)]
 #[component(on_discard = release)]
-pub(crate) struct Pattern {
+pub struct Pattern {
     ranges: PatternRanges,
     record: PatternRecord,
     levels: Vec<LevelRecord>,
@@ -83,6 +83,11 @@ enum Phase {
 }
 
 impl Pattern {
+    /// Where the pattern lies in the shared buffers, as uploaded last: for reading phasors back, or for an own pass.
+    pub fn record(&self) -> &PatternRecord {
+        &self.record
+    }
+
     fn member(&self) -> Member {
         Member { record: self.ranges.record, graph: self.graph.clone() }
     }

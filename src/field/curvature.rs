@@ -1,0 +1,131 @@
+//! Principal curvature directions.
+//!
+//! In: positions and normals of a graph. Out: a unit tangent per vertex, of line symmetry. The shape operator S of a
+//! vertex is the symmetric 2×2 matrix that best explains how the normal changes towards the neighbours, S Δv ≈ Δn in the
+//! least-squares sense. Its deviator ((S₁₁ - S₂₂)/2, S₁₂) is a complex number u at twice the angle of the major direction,
+//! as long as the two curvatures differ; it is smoothed over the surface, u ← 0.3 u + 0.7 (mean of the neighbours' u,
+//! carried over by the smallest rotation between the normals).
+
+use super::{any_tangent, parallel, tangent};
+use crate::surface::SurfaceGraph;
+use bevy::{
+    math::{DMat3, DVec2, DVec3},
+    prelude::*,
+};
+
+/// One of the two principal curvature directions. Where the normals point outwards, convex counts as positive.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[reflect(Default)]
+pub enum Principal {
+    /// Across ridges: the direction in which the surface curves most (around a cylinder).
+    #[default]
+    Major,
+    /// Along ridges: the direction in which it curves least, or most inwards (along a cylinder).
+    Minor,
+}
+
+/// Share of the old value in a step of smoothing.
+const KEEP: f32 = 0.3;
+/// A vertex whose normal differs by less than this (in radians) between the two directions is flat or spherical: what is
+/// left is rounding noise, and must not be smoothed into a field.
+const NOISE: f64 = 1e-5;
+
+/// A unit tangent per vertex along the principal direction, after `smoothing` steps.
+pub(super) fn principal_directions(graph: &SurfaceGraph, principal: Principal, smoothing: u32) -> Vec<Vec3> {
+    let frames = parallel::collect(graph.len(), |i| any_tangent(graph.normals[i]));
+    let mut lines = parallel::collect(graph.len(), |i| deviator(graph, frames[i], i));
+    limit(&mut lines);
+    if smoothing > 0 && !graph.is_empty() {
+        smooth(graph, &frames, &mut lines, smoothing);
+    }
+    let sign = if principal == Principal::Major { 1.0 } else { -1.0 };
+    parallel::collect(graph.len(), |i| {
+        tangent::line_of(sign * lines[i], frames[i], graph.normals[i])
+    })
+}
+
+/// u of vertex i in the frame (x, n × x): its modulus is half the difference of the principal curvatures.
+fn deviator(graph: &SurfaceGraph, x: Vec3, i: usize) -> Vec2 {
+    let level = graph.mesh_level();
+    let (v, n) = (graph.positions[i], graph.normals[i]);
+    let y = n.cross(x);
+    // Normal equations of S (a, b) = (p, q) for the unknowns S₁₁, S₁₂, S₂₂.
+    let (mut aa, mut ab, mut bb, mut right) = (0.0, 0.0, 0.0, DVec3::ZERO);
+    for k in level.edges(i) {
+        let j = level.neighbors[k] as usize;
+        let (dv, dn) = (graph.positions[j] - v, graph.normals[j] - n);
+        let [a, b, p, q] = [dv.dot(x), dv.dot(y), dn.dot(x), dn.dot(y)].map(f64::from);
+        aa += a * a;
+        ab += a * b;
+        bb += b * b;
+        right += DVec3::new(a * p, b * p + a * q, b * q);
+    }
+    let trace = aa + bb;
+    if trace <= 0.0 {
+        return Vec2::ZERO;
+    }
+    // Divided by the trace to be free of units; the small diagonal decides where the neighbours lie on one line.
+    let [aa, ab, bb] = [aa, ab, bb].map(|m| m / trace);
+    let matrix =
+        DMat3::from_cols_array(&[aa, ab, 0.0, ab, 1.0, ab, 0.0, ab, bb]) + DMat3::from_diagonal(DVec3::splat(1e-9));
+    let shape = matrix.inverse() * (right / trace);
+    let deviator = DVec2::new(0.5 * (shape.x - shape.z), shape.y);
+    let edge = (trace / level.edges(i).len() as f64).sqrt();
+    if deviator.is_finite() && deviator.length() * edge > NOISE {
+        deviator.as_vec2()
+    } else {
+        Vec2::ZERO
+    }
+}
+
+/// Measures u by its median over the vertices that are neither flat nor spherical, and cuts it off there: what is more
+/// curved than usual must not outvote all others.
+fn limit(lines: &mut [Vec2]) {
+    let mut moduli: Vec<f32> = lines
+        .iter()
+        .map(|u| u.length())
+        .filter(|&modulus| modulus > 0.0)
+        .collect();
+    if moduli.is_empty() {
+        return;
+    }
+    let middle = moduli.len() / 2;
+    let (_, &mut median, _) = moduli.select_nth_unstable_by(middle, f32::total_cmp);
+    for u in lines {
+        *u = (*u / median).clamp_length_max(1.0);
+    }
+}
+
+fn smooth(graph: &SurfaceGraph, frames: &[Vec3], lines: &mut Vec<Vec2>, steps: u32) {
+    let level = graph.mesh_level();
+    let transports = transports(graph, frames);
+    let mut next = vec![Vec2::ZERO; lines.len()];
+    for _ in 0..steps {
+        parallel::fill(&mut next, |i| {
+            let edges = level.edges(i);
+            let share = (1.0 - KEEP) / edges.len().max(1) as f32;
+            let sum: Vec2 = edges
+                .map(|k| transports[k].rotate(lines[level.neighbors[k] as usize]))
+                .sum();
+            KEEP * lines[i] + share * sum
+        });
+        std::mem::swap(lines, &mut next);
+    }
+}
+
+/// Per directed edge: the unit complex number that takes u from the source's frame to the target's, at twice the angle
+/// between the two frames.
+fn transports(graph: &SurfaceGraph, frames: &[Vec3]) -> Vec<Vec2> {
+    let level = graph.mesh_level();
+    let mut targets = vec![0; level.neighbors.len()];
+    for i in 0..level.len() {
+        targets[level.edges(i)].fill(i);
+    }
+    parallel::collect(level.neighbors.len(), |k| {
+        let (i, j) = (targets[k], level.neighbors[k] as usize);
+        let n = graph.normals[i];
+        let carried = Quat::from_rotation_arc(graph.normals[j], n) * frames[j];
+        let angle = Vec2::new(carried.dot(frames[i]), carried.dot(n.cross(frames[i])));
+        tangent::squared(angle.normalize_or(Vec2::X))
+    })
+}
