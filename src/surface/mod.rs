@@ -14,6 +14,7 @@
 
 mod adjacency;
 mod asset;
+mod cache;
 mod coloring;
 mod geometry;
 mod graph;
@@ -23,6 +24,8 @@ mod soup;
 mod weld;
 
 pub use asset::*;
+pub use cache::{PatternWeld, Surface, SurfaceCache, SurfaceState};
+pub(crate) use cache::{update_surfaces, watch_meshes};
 pub use graph::*;
 pub use soup::*;
 pub use weld::*;

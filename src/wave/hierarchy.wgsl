@@ -1,4 +1,4 @@
-// The Galerkin hierarchy of the cold start: up the levels aligning and restricting, down again rotating and sweeping.
+// The Galerkin hierarchy of the cold start: up the levels aligning and coarsening, down again rotating and sweeping.
 // Glossary in `passes.wgsl`.
 
 #import bevy_field_patterns::layout::LevelRecord
@@ -35,7 +35,7 @@ fn align(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
 }
 
 // Sums the edges between the children of p and other aggregates into the edges of p on the coarser level.
-fn restrict_node(level: LevelRecord, index: u32, coarse: LevelRecord, p: u32) {
+fn coarsen_node(level: LevelRecord, index: u32, coarse: LevelRecord, p: u32) {
     let first = coarse.neighbor_base + surface[coarse.offset_base + p];
     let end = coarse.neighbor_base + surface[coarse.offset_base + p + 1u];
     for (var n = first; n < end; n++) {
@@ -73,11 +73,11 @@ fn restrict_node(level: LevelRecord, index: u32, coarse: LevelRecord, p: u32) {
 
 // Items are nodes of the coarser level, item.y + 1.
 @compute @workgroup_size(64)
-fn restrict(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn coarsen(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
     let p = item.z + local;
     if p < item.w {
-        restrict_node(load_level(item.x, item.y), item.y, load_level(item.x, item.y + 1u), p);
+        coarsen_node(load_level(item.x, item.y), item.y, load_level(item.x, item.y + 1u), p);
     }
 }
 
@@ -151,7 +151,7 @@ fn solve_small(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
         }
         storageBarrier();
         for (var p = local; p < coarse.nodes; p += SMALL_WORKGROUP) {
-            restrict_node(level, index, coarse, p);
+            coarsen_node(level, index, coarse, p);
         }
         storageBarrier();
     }

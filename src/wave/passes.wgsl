@@ -40,9 +40,9 @@ struct Step {
     momentum: f32,
     // The local rule ends below this relative change of the energy; 0: never.
     epsilon: f32,
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
+    pad_a: u32,
+    pad_b: u32,
+    pad_c: u32,
 }
 
 // What the solver knows of an entity, in `balance` from `state_base` on; partial sums follow.

@@ -361,7 +361,7 @@ fn update_inputs(
     if turned || pattern.directions.is_empty() {
         let source = tools.meshes.get(mesh).ok_or(PatternError::MeshDataTaken)?;
         if slow && (pattern.task.is_none() || turned) {
-            let (field, graph) = (item.field.clone(), graph.clone());
+            let (field, graph) = (DirectionField::clone(&item.field), graph.clone());
             pattern.task = Some(AsyncComputeTaskPool::get().spawn(async move {
                 let empty = Mesh::new(bevy::mesh::PrimitiveTopology::TriangleList, default());
                 directions_in(&field, inputs, &graph, &empty)

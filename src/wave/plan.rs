@@ -20,7 +20,7 @@ pub enum Pass {
     /// Children's signs and phases against their root.
     Align,
     /// Coarse weights.
-    Restrict,
+    Coarsen,
     /// Sets a top level to 1.
     StartTop,
     /// All small levels of an entity.
@@ -55,7 +55,7 @@ impl Pass {
         Self::ProjectAxis,
         Self::EdgeWeights,
         Self::Align,
-        Self::Restrict,
+        Self::Coarsen,
         Self::StartTop,
         Self::SolveSmall,
         Self::Prolong,
@@ -77,7 +77,7 @@ impl Pass {
             Self::ProjectAxis => "project_axis",
             Self::EdgeWeights => "edge_weights",
             Self::Align => "align",
-            Self::Restrict => "restrict",
+            Self::Coarsen => "coarsen",
             Self::StartTop => "start_top",
             Self::SolveSmall => "solve_small",
             Self::Prolong => "prolong",
@@ -290,7 +290,7 @@ impl Planner<'_> {
             let items = self.items(|planner| {
                 large.iter().for_each(|member| planner.push_items(member.record, level, 0, member.nodes(level + 1)));
             });
-            self.step(Pass::Restrict, &items, uniform);
+            self.step(Pass::Coarsen, &items, uniform);
         }
         // The top: small levels by one workgroup, or a last level that is large since it has many components.
         let items = self.items(|planner| {

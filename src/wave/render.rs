@@ -169,7 +169,7 @@ fn init_pipelines(
             Pass::ProjectAxis => load_embedded_asset!(&*assets, "field.wgsl"),
             Pass::EdgeWeights => load_embedded_asset!(&*assets, "edges.wgsl"),
             Pass::Align
-            | Pass::Restrict
+            | Pass::Coarsen
             | Pass::StartTop
             | Pass::SolveSmall
             | Pass::Prolong
@@ -359,7 +359,7 @@ fn stage(pass: Pass) -> &'static str {
         Pass::ProjectAxis => "pattern_field",
         Pass::EdgeWeights => "pattern_edges",
         Pass::Align
-        | Pass::Restrict
+        | Pass::Coarsen
         | Pass::StartTop
         | Pass::SolveSmall
         | Pass::Prolong

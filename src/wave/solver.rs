@@ -257,7 +257,7 @@ pub fn align(level: &Level, edges: &Edges, z: &mut [Vec2], sigma: &mut [f32]) {
 }
 
 /// The weights A, B of the coarser level: exact sums over the fine edges between two aggregates.
-pub fn restrict(level: &Level, edges: &Edges, z: &[Vec2], sigma: &[f32], coarse: &Level) -> Edges {
+pub fn coarsen(level: &Level, edges: &Edges, z: &[Vec2], sigma: &[f32], coarse: &Level) -> Edges {
     let mut ab = vec![[Vec2::ZERO; 2]; coarse.neighbors.len()];
     for p in 0..coarse.len() {
         let range = coarse.edges(p);
@@ -413,7 +413,7 @@ fn sweep_soft(
     }
 }
 
-/// The Galerkin cold start: up the levels aligning and restricting, down again rotating and sweeping.
+/// The Galerkin cold start: up the levels aligning and coarsening, down again rotating and sweeping.
 fn cold_start(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32) -> Vec<Vec2> {
     let levels = &graph.levels;
     let mut coarse_edges: Vec<Edges> = Vec::new();
@@ -423,8 +423,8 @@ fn cold_start(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32)
         let (mut z, mut sigma) = (vec![Vec2::X; level.len()], vec![1.0; level.len()]);
         if let Some(coarse) = levels.get(n + 1) {
             align(level, edges, &mut z, &mut sigma);
-            let restricted = restrict(level, edges, &z, &sigma, coarse);
-            coarse_edges.push(restricted);
+            let coarsened = coarsen(level, edges, &z, &sigma, coarse);
+            coarse_edges.push(coarsened);
         }
         states.push((z, sigma));
     }
