@@ -1,0 +1,336 @@
+//! The plugin on a device: the solver against its CPU twin, the life of patterns, the shared memory.
+
+mod common;
+
+use bevy::{mesh::VertexAttributeValues, prelude::*};
+use bevy_field_patterns::{
+    field::Principal,
+    prelude::*,
+    wave::{
+        Pattern, PatternArena, SolverCounters, quality,
+        solver::{ColdStart, LocalRule, solve_cpu},
+    },
+};
+use common::{add_mesh, app, app_with, graph, settle, shapes, update, wave};
+use std::sync::Arc;
+
+fn curvature() -> DirectionField {
+    DirectionField::PrincipalCurvature { direction: Principal::Major, smoothing: 10 }
+}
+
+/// The largest distance between the phasors of the device and those of the twin, on the same directions.
+fn distance_to_twin(gpu: &SolverSettings, cpu: &SolverSettings, symmetry: Symmetry) -> f32 {
+    let mut app = app_with(gpu.clone());
+    let mesh = add_mesh(&mut app, &shapes::torus(70, 36, 1.0, 0.4, 0.25, 5));
+    let entity = app.world_mut().spawn((Mesh3d(mesh), curvature(), symmetry, Frequency::Uniform(6.0))).id();
+    settle(&mut app);
+    let (d, f, z) = wave(&app, entity);
+    let twin = solve_cpu(&graph(&app, entity), &d, &f, symmetry, cpu).phasors;
+    z.iter().zip(&twin).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+}
+
+#[test]
+fn every_pass_agrees_with_its_twin() {
+    let hierarchy = |level_sweeps| ColdStart::Hierarchy { level_sweeps };
+    let none = SolverSettings { cold_start: hierarchy(0), soft_sweeps: 0, plain_sweeps: 0, ..default() };
+    let local = LocalRule { max_sweeps: 3, epsilon: 0.0, ..default() };
+    let cases = [
+        ("edges, alignment, coarsening, rotation", none.clone()),
+        ("sweeps on the levels", SolverSettings { cold_start: hierarchy(2), ..none.clone() }),
+        ("soft sweeps", SolverSettings { soft_sweeps: 2, ..none.clone() }),
+        ("plain sweeps", SolverSettings { plain_sweeps: 2, ..none.clone() }),
+        ("local rule", SolverSettings { cold_start: ColdStart::Local(local), ..none.clone() }),
+    ];
+    for symmetry in [Symmetry::Line, Symmetry::Vector] {
+        for (name, settings) in &cases {
+            let distance = distance_to_twin(settings, settings, symmetry);
+            assert!(distance < 2e-3, "{name}, {symmetry:?}: {distance}");
+        }
+    }
+    // The comparison can fail: one sweep more shows.
+    let more = SolverSettings { plain_sweeps: 3, ..none.clone() };
+    let distance = distance_to_twin(&cases[3].1, &more, Symmetry::Line);
+    assert!(distance > 2e-2, "{distance}");
+}
+
+#[test]
+fn axis_is_projected_on_the_device_as_by_the_twin() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(3, 1.0));
+    let axis = Dir3::new(Vec3::new(0.2, 1.0, -0.3)).unwrap();
+    let spawn = (Mesh3d(mesh), DirectionField::Axis(axis), FieldTurn(0.4), Frequency::Uniform(3.0));
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let graph = graph(&app, entity);
+    let (d, f, _) = wave(&app, entity);
+    assert!(f.iter().all(|&f| f == 3.0));
+    for (d, &n) in d.iter().zip(&graph.normals) {
+        let twin = bevy_field_patterns::field::turn_tangent(
+            bevy_field_patterns::field::project_tangent(*axis, n),
+            n,
+            0.4,
+        );
+        assert!(d.distance(twin) < 1e-5, "{d} {twin}");
+    }
+}
+
+/// Lines keep the sign that their phasor refers to while the axis turns right round.
+#[test]
+fn a_turning_line_field_keeps_its_signs() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(4, 1.0));
+    let field = |frame: u32| {
+        DirectionField::Axis(Quat::from_rotation_z((frame as f32 * 6.0).to_radians()) * Dir3::Y)
+    };
+    let spawn = (Mesh3d(mesh), field(0), Symmetry::Line, Frequency::Uniform(4.0));
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let (mut last, f, _) = wave(&app, entity);
+    for frame in 1..=30 {
+        app.world_mut().entity_mut(entity).insert(field(frame));
+        update(&mut app);
+        let (d, _, _) = wave(&app, entity);
+        let reversed = d.iter().zip(&last).filter(|(d, last)| d.dot(**last) < 0.0).count();
+        assert_eq!(reversed, 0, "frame {frame}");
+        last = d;
+    }
+    settle(&mut app);
+    let graph = graph(&app, entity);
+    let (d, _, z) = wave(&app, entity);
+    let q = quality(&graph, &d, &f, &z, Symmetry::Line);
+    assert!(q.energy < 0.05, "{q:?}");
+}
+
+#[test]
+fn sleeps_when_nothing_changes_and_wakes_when_something_does() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(3, 1.0));
+    let spawn = (Mesh3d(mesh), DirectionField::Axis(Dir3::Y), Frequency::Uniform(3.0));
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let dispatches = |app: &App| app.world().resource::<SolverCounters>().dispatches();
+    assert!(dispatches(&app) > 0);
+    for _ in 0..3 {
+        update(&mut app);
+        assert_eq!(dispatches(&app), 0);
+    }
+    app.world_mut().entity_mut(entity).insert(Frequency::Uniform(3.1));
+    update(&mut app);
+    assert!(dispatches(&app) > 0);
+    assert_eq!(app.world().resource::<SolverCounters>().sweeps(), SolverSettings::default().warm_sweeps);
+    assert_eq!(app.world().get::<PatternState>(entity), Some(&PatternState::Solving));
+    settle(&mut app);
+    update(&mut app);
+    assert_eq!(dispatches(&app), 0);
+    // Writing the same value again is a change; that the material or the transform changes is none.
+    app.world_mut().entity_mut(entity).insert(Transform::from_xyz(1.0, 2.0, 3.0));
+    update(&mut app);
+    assert_eq!(dispatches(&app), 0);
+}
+
+#[test]
+fn dispatches_do_not_grow_with_entities() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let axis = |app: &mut App, frame: u32| {
+        let mut fields = app.world_mut().query::<&mut DirectionField>();
+        for (n, mut field) in fields.iter_mut(app.world_mut()).enumerate() {
+            let angle = 0.02 * frame as f32 + n as f32;
+            *field = DirectionField::Axis(Quat::from_rotation_z(angle) * Dir3::Y);
+        }
+    };
+    let spawn = |app: &mut App| {
+        let mesh = Mesh3d(mesh.clone());
+        app.world_mut().spawn((mesh, DirectionField::Axis(Dir3::Y), Frequency::Uniform(2.0)));
+    };
+    let frame = |app: &mut App| {
+        settle(app);
+        axis(app, 1);
+        update(app);
+        app.world().resource::<SolverCounters>().dispatches()
+    };
+    spawn(&mut app);
+    let one = frame(&mut app);
+    (1..300).for_each(|_| spawn(&mut app));
+    let many = frame(&mut app);
+    assert!(one > 0);
+    assert_eq!(one, many);
+}
+
+#[test]
+fn three_hundred_entities_come_and_go() {
+    let mut app = app();
+    let meshes: Vec<_> = [2, 3].map(|n| add_mesh(&mut app, &shapes::icosphere(n, 1.0))).into();
+    let mut random = 12345u32;
+    let mut next = |n: usize| {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (random >> 8) as usize % n
+    };
+    let mut alive: Vec<Entity> = Vec::new();
+    let mut after_first = None;
+    for round in 0..3 {
+        while alive.len() < 300 {
+            let axis = Dir3::new(Vec3::new(next(9) as f32 - 4.0, 1.0, next(9) as f32 - 4.0)).unwrap();
+            let mesh = Mesh3d(meshes[next(2)].clone());
+            alive.push(app.world_mut().spawn((mesh, DirectionField::Axis(axis), Frequency::Uniform(2.0))).id());
+        }
+        settle(&mut app);
+        // No two patterns share memory.
+        let mut ranges: Vec<(u32, u32)> = Vec::new();
+        let mut patterns = app.world_mut().query::<&Pattern>();
+        for pattern in patterns.iter(app.world()) {
+            let record = pattern.record();
+            ranges.push((record.field_base, record.delta_base));
+        }
+        assert_eq!(ranges.len(), 300);
+        ranges.sort_unstable();
+        assert!(ranges.windows(2).all(|pair| pair[0].1 <= pair[1].0));
+        // And each is what a lone one is.
+        for _ in 0..5 {
+            let entity = alive[next(300)];
+            let (d, f, z) = wave(&app, entity);
+            let twin = solve_cpu(&graph(&app, entity), &d, &f, Symmetry::Vector, &default()).phasors;
+            let worst = z.iter().zip(&twin).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+            assert!(worst < 1e-2, "round {round}: {worst}");
+        }
+        let allocated = app.world().resource::<PatternArena>().memory().allocated;
+        assert!(*after_first.get_or_insert(allocated) * 2 >= allocated, "memory leaks");
+        for _ in 0..200 {
+            let entity = alive.swap_remove(next(alive.len()));
+            app.world_mut().despawn(entity);
+        }
+    }
+    let before = app.world().resource::<PatternArena>().memory().used;
+    alive.drain(..).for_each(|entity| {
+        app.world_mut().despawn(entity);
+    });
+    drop(meshes);
+    update(&mut app);
+    update(&mut app);
+    update(&mut app);
+    let memory = app.world().resource::<PatternArena>().memory();
+    assert!(before > 0 && memory.used == 0, "{memory:?}");
+}
+
+#[test]
+fn growth_keeps_phases() {
+    let mut app = app();
+    let small = add_mesh(&mut app, &shapes::icosphere(3, 1.0));
+    let large = add_mesh(&mut app, &shapes::icosphere(6, 1.0));
+    let axis = || (DirectionField::Axis(Dir3::Y), Frequency::Uniform(3.0));
+    let first = app.world_mut().spawn((Mesh3d(small), axis())).id();
+    settle(&mut app);
+    let (_, _, before) = wave(&app, first);
+    let allocated = app.world().resource::<PatternArena>().memory().allocated;
+    app.world_mut().spawn((Mesh3d(large), axis()));
+    settle(&mut app);
+    assert!(app.world().resource::<PatternArena>().memory().allocated > allocated);
+    let (_, _, after) = wave(&app, first);
+    assert_eq!(before, after);
+}
+
+#[test]
+fn changed_positions_keep_the_graph_and_changed_indices_do_not() {
+    let mut app = app();
+    let raw = shapes::icosphere(3, 1.0);
+    let mesh = add_mesh(&mut app, &raw);
+    let spawn = (Mesh3d(mesh.clone()), DirectionField::Axis(Dir3::Y), Frequency::Uniform(3.0));
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let before = graph(&app, entity);
+    let record = *app.world().get::<Pattern>(entity).unwrap().record();
+    {
+        let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+        let mut mesh = meshes.get_mut(&mesh).unwrap();
+        let Some(VertexAttributeValues::Float32x3(positions)) = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION) else {
+            panic!("no positions");
+        };
+        positions.iter_mut().for_each(|p| p[1] *= 2.0);
+    }
+    for _ in 0..4 {
+        update(&mut app);
+    }
+    settle(&mut app);
+    let after = graph(&app, entity);
+    assert_eq!(before.levels, after.levels);
+    assert!((after.positions[0].y - 2.0 * before.positions[0].y).abs() < 1e-6);
+    assert_eq!(app.world().get::<Pattern>(entity).unwrap().record().field_base, record.field_base);
+    let (d, f, z) = wave(&app, entity);
+    let q = quality(&after, &d, &f, &z, Symmetry::Vector);
+    assert!(q.energy < 0.02, "{q:?}");
+
+    *app.world_mut().resource_mut::<Assets<Mesh>>().get_mut(&mesh).unwrap() =
+        common::mesh_file::to_bevy_mesh(&shapes::icosphere(2, 1.0));
+    for _ in 0..4 {
+        update(&mut app);
+    }
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    settle(&mut app);
+    assert_eq!(graph(&app, entity).len(), shapes::icosphere(2, 1.0).positions.len());
+}
+
+#[test]
+fn bad_input_is_an_error_on_the_entity_and_good_input_mends_it() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let axis = DirectionField::Axis(Dir3::Y);
+    let entity = app.world_mut().spawn((Mesh3d(mesh.clone()), axis.clone(), Frequency::Uniform(-1.0))).id();
+    let short = DirectionField::Vertices(Arc::from(vec![Vec3::X; 3]));
+    let other = app.world_mut().spawn((Mesh3d(mesh.clone()), short, Frequency::Uniform(1.0))).id();
+    let tagged = app.world_mut().spawn((Mesh3d(mesh), axis, bevy::mesh::MeshTag(7))).id();
+    let points = Mesh::new(bevy::mesh::PrimitiveTopology::PointList, default());
+    let points = app.world_mut().resource_mut::<Assets<Mesh>>().add(points);
+    let points = app.world_mut().spawn((Mesh3d(points), DirectionField::default())).id();
+    settle(&mut app);
+    let state = |app: &App, entity| app.world().get::<PatternState>(entity).unwrap().clone();
+    assert_eq!(state(&app, entity), PatternState::Failed(PatternError::NegativeFrequency(-1.0)));
+    let PatternState::Failed(PatternError::WrongLength { found: 3, .. }) = state(&app, other) else {
+        panic!("{:?}", state(&app, other));
+    };
+    assert_eq!(state(&app, tagged), PatternState::Failed(PatternError::MeshTagTaken));
+    let PatternState::Failed(PatternError::Topology(_)) = state(&app, points) else {
+        panic!("{:?}", state(&app, points));
+    };
+    app.world_mut().entity_mut(entity).insert(Frequency::Uniform(f32::NAN));
+    update(&mut app);
+    assert!(matches!(state(&app, entity), PatternState::Failed(PatternError::NotFinite { .. })));
+    app.world_mut().entity_mut(entity).insert(Frequency::Uniform(2.0));
+    settle(&mut app);
+    assert_eq!(state(&app, entity), PatternState::Converged);
+}
+
+#[test]
+fn removing_the_field_gives_the_mesh_back() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let entity = app.world_mut().spawn((Mesh3d(mesh.clone()), DirectionField::Axis(Dir3::Y))).id();
+    settle(&mut app);
+    assert_ne!(app.world().get::<Mesh3d>(entity).unwrap().0, mesh);
+    assert_eq!(app.world().get::<PatternMesh>(entity).unwrap().source, mesh);
+    app.world_mut().entity_mut(entity).remove::<DirectionField>();
+    update(&mut app);
+    let entity = app.world().entity(entity);
+    assert_eq!(entity.get::<Mesh3d>().unwrap().0, mesh);
+    assert!(!entity.contains::<Pattern>() && !entity.contains::<bevy::mesh::MeshTag>());
+}
+
+#[test]
+fn world_space_counts_stripes_per_unit_of_the_world() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::torus(70, 36, 1.0, 0.4, 0.25, 5));
+    let spawn = (
+        Mesh3d(mesh),
+        DirectionField::Axis(Dir3::Y),
+        Frequency::Uniform(3.0),
+        PatternSpace::World,
+        Transform::from_scale(Vec3::new(2.0, 3.0, 2.0)),
+    );
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let mut scaled = graph(&app, entity);
+    scaled.positions.iter_mut().for_each(|p| *p *= Vec3::new(2.0, 3.0, 2.0));
+    let (d, f, z) = wave(&app, entity);
+    let in_world = quality(&scaled, &d, &f, &z, Symmetry::Vector);
+    let in_mesh = quality(&graph(&app, entity), &d, &f, &z, Symmetry::Vector);
+    assert!(in_world.energy < 0.05 && in_mesh.energy > 3.0 * in_world.energy, "{in_world:?} {in_mesh:?}");
+}

@@ -1,0 +1,223 @@
+//! Theorems about the solver, on the CPU.
+
+#[path = "common/mod.rs"]
+mod common;
+
+use bevy::prelude::*;
+use bevy_field_patterns::{
+    field::{DirectionField, Principal, Symmetry, directions},
+    surface::{SurfaceGraph, WeldOptions},
+    wave::{
+        kite::{cmul, edge_phase, phasor, reversed},
+        quality,
+        solver::{
+            ColdStart, LocalRule, Relaxation, SolverSettings, edges, energy, hash_turns, normalize_or, solve_cpu, sweep,
+        },
+    },
+};
+use common::{mesh_file::RawMesh, shapes};
+
+fn graph_of(raw: &RawMesh) -> SurfaceGraph {
+    SurfaceGraph::from_triangles(&raw.positions, &raw.triangles, &WeldOptions::default()).unwrap()
+}
+
+fn field_of(graph: &SurfaceGraph, raw: &RawMesh, field: &DirectionField, symmetry: Symmetry) -> Vec<Vec3> {
+    directions(field, symmetry, 0.0, graph, &common::mesh_file::to_bevy_mesh(raw)).unwrap()
+}
+
+fn curvature() -> DirectionField {
+    DirectionField::PrincipalCurvature { direction: Principal::Major, smoothing: 30 }
+}
+
+fn random_signs(n: usize) -> Vec<bool> {
+    (0..n as u32).map(|i| hash_turns(i.wrapping_mul(7919)) < 0.4).collect()
+}
+
+#[test]
+fn kite_is_exact_for_radial_fields_and_reverses_exactly() {
+    let mut worst: f32 = 0.0;
+    for i in 0..10_000 {
+        let unit = |k: u32| phasor(hash_turns(i * 4 + k));
+        let (a, b) = (unit(0) * (1.0 + hash_turns(i * 4 + 2)), unit(1) * (1.0 + hash_turns(i * 4 + 3)));
+        let (v_i, v_j) = (a.extend(0.0), b.extend(0.0));
+        let (d_i, d_j) = (v_i.normalize(), v_j.normalize());
+        let edge = edge_phase(v_i - v_j, d_j, d_i, Symmetry::Line);
+        if d_i.dot(d_j) > 0.0 {
+            worst = worst.max((edge.distance - (v_i.length() - v_j.length())).abs());
+        }
+        let back = edge_phase(v_j - v_i, d_i, d_j, Symmetry::Line);
+        let s = if edge.flip { 1.0 } else { -1.0 };
+        assert_eq!((back.distance, back.weight, back.flip), (s * edge.distance, edge.weight, edge.flip));
+        assert!(edge.distance.abs() <= 1.4143 * (v_i - v_j).length());
+    }
+    assert!(worst < 2e-6, "{worst}");
+}
+
+#[test]
+fn kite_survives_degenerate_directions() {
+    let e = Vec3::X;
+    for (d_j, d_i) in [
+        (Vec3::ZERO, Vec3::ZERO),
+        (Vec3::X, Vec3::ZERO),
+        (Vec3::X, Vec3::NEG_X),
+        (Vec3::X, Vec3::Y),
+        (Vec3::Y, Vec3::Y),
+    ] {
+        for symmetry in [Symmetry::Line, Symmetry::Vector] {
+            let edge = edge_phase(e, d_j, d_i, symmetry);
+            assert!(edge.distance.is_finite() && edge.distance.abs() <= 1.4143 && (0.0..=1.0).contains(&edge.weight));
+        }
+    }
+    assert_eq!(edge_phase(e, Vec3::X, Vec3::NEG_X, Symmetry::Line).distance, 1.0);
+    assert_eq!(edge_phase(e, Vec3::X, Vec3::NEG_X, Symmetry::Vector).weight, 0.0);
+}
+
+#[test]
+fn plain_and_turning_sweeps_never_raise_the_energy() {
+    let raw = shapes::torus(60, 30, 1.0, 0.4, 0.25, 1);
+    let graph = graph_of(&raw);
+    for (symmetry, field) in
+        [(Symmetry::Line, curvature()), (Symmetry::Vector, DirectionField::Axis(Dir3::Y))]
+    {
+        let d = field_of(&graph, &raw, &field, symmetry);
+        let f = vec![6.0; graph.len()];
+        let (constants, sums) = edges(&graph, &d, &f, symmetry);
+        for relaxation in [Relaxation::Plain, Relaxation::Turn { omega: 1.6 }, Relaxation::Turn { omega: 0.5 }] {
+            let mut z: Vec<Vec2> = (0..graph.len() as u32).map(|i| phasor(hash_turns(i))).collect();
+            let mut before = energy(graph.mesh_level(), &constants, &sums, &z);
+            let start = before;
+            for _ in 0..30 {
+                sweep(graph.mesh_level(), &constants, &sums, &mut z, relaxation);
+                let now = energy(graph.mesh_level(), &constants, &sums, &z);
+                assert!(now <= before * (1.0 + 1e-6), "{relaxation:?}: {before} -> {now}");
+                before = now;
+            }
+            assert!(before < 0.3 * start, "{relaxation:?}: {start} -> {before}");
+        }
+    }
+}
+
+#[test]
+fn nothing_changes_when_lines_are_turned_round() {
+    let raw = shapes::torus(60, 30, 1.0, 0.4, 0.25, 2);
+    let graph = graph_of(&raw);
+    let d = field_of(&graph, &raw, &curvature(), Symmetry::Line);
+    let f: Vec<f32> = graph.positions.iter().map(|p| 5.0 + p.x).collect();
+    let signs = random_signs(graph.len());
+    let turned: Vec<Vec3> = d.iter().zip(&signs).map(|(&d, &s)| if s { -d } else { d }).collect();
+    // Ten sweeps: what is compared is the operator, not how rounding grows over many of them.
+    let settings = SolverSettings { soft_sweeps: 1, plain_sweeps: 1, ..default() };
+    let a = solve_cpu(&graph, &d, &f, Symmetry::Line, &settings).phasors;
+    let b = solve_cpu(&graph, &turned, &f, Symmetry::Line, &settings).phasors;
+    let (qa, qb) =
+        (quality(&graph, &d, &f, &a, Symmetry::Line), quality(&graph, &turned, &f, &b, Symmetry::Line));
+    // The phase of each component is free on the way (a root may be turned round), so compare gauge-free figures.
+    assert!((qa.energy - qb.energy).abs() < 0.02 * qa.energy + 1e-6, "{qa:?} {qb:?}");
+    let same: Vec<Vec2> = a.iter().zip(&signs).map(|(&z, &s)| if s { reversed(z) } else { z }).collect();
+    let (ea, sums_a) = edges(&graph, &d, &f, Symmetry::Line);
+    let (eb, sums_b) = edges(&graph, &turned, &f, Symmetry::Line);
+    let (mut x, mut y) = (a.clone(), same);
+    for _ in 0..5 {
+        sweep(graph.mesh_level(), &ea, &sums_a, &mut x, Relaxation::Plain);
+        sweep(graph.mesh_level(), &eb, &sums_b, &mut y, Relaxation::Plain);
+    }
+    for ((x, y), s) in x.iter().zip(&y).zip(&signs) {
+        let x = if *s { reversed(*x) } else { *x };
+        assert!(x.distance(*y) < 1e-4);
+    }
+}
+
+/// A flat jittered grid with a constant direction: the exact answer is a plane wave.
+#[test]
+fn constant_field_on_a_plane_is_exact() {
+    let raw = shapes::plane(40, 0.25, 3);
+    let graph = graph_of(&raw);
+    let axis = Vec3::new(0.3, 0.2, 0.9);
+    let signs = random_signs(graph.len());
+    let d: Vec<Vec3> = graph
+        .normals
+        .iter()
+        .zip(&signs)
+        .map(|(&n, &s)| (axis - n * n.dot(axis)).normalize() * if s { -1.0 } else { 1.0 })
+        .collect();
+    let f = vec![12.0; graph.len()];
+    let z = solve_cpu(&graph, &d, &f, Symmetry::Line, &default()).phasors;
+    let q = quality(&graph, &d, &f, &z, Symmetry::Line);
+    assert!(q.energy < 1e-9, "{q:?}");
+    assert_eq!((q.branches, q.odd_triangles), (0, 0));
+    assert!(q.spacing_p95 < 1e-3 && q.angle_mean_deg < 0.05, "{q:?}");
+    let exact = |i: usize| {
+        let along = if signs[i] { -d[i] } else { d[i] };
+        let z = phasor(12.0 * graph.positions[i].dot(along));
+        if signs[i] { reversed(z) } else { z }
+    };
+    // One global phase is free.
+    let frame = |i: usize, z: Vec2| if signs[i] { reversed(z) } else { z };
+    let offset = cmul(frame(0, z[0]), Vec2::new(frame(0, exact(0)).x, -frame(0, exact(0)).y));
+    for i in 0..graph.len() {
+        let error = frame(i, z[i]).distance(cmul(frame(i, exact(i)), offset)) / std::f32::consts::TAU;
+        assert!(error < 1e-4, "vertex {i} is off by {error} periods");
+    }
+}
+
+#[test]
+fn sphere_and_torus_reach_their_numbers() {
+    let sphere = shapes::icosphere(5, 0.5 / 3f32.sqrt());
+    let graph = graph_of(&sphere);
+    let axis = DirectionField::Axis(Dir3::new(Vec3::new(0.15, 1.0, 0.1)).unwrap());
+    let d = field_of(&graph, &sphere, &axis, Symmetry::Line);
+    for frequency in [20.0, 40.0, 80.0] {
+        let f = vec![frequency; graph.len()];
+        let z = solve_cpu(&graph, &d, &f, Symmetry::Line, &default()).phasors;
+        let q = quality(&graph, &d, &f, &z, Symmetry::Line);
+        assert!(q.energy <= 1e-4 && q.branches == 0, "f {frequency}: {q:?}");
+        assert!(q.angle_over_5deg <= 0.002 && q.spacing_p95 <= 0.02, "f {frequency}: {q:?}");
+    }
+    let size = (2.8f32 * 2.8 * 2.0 + 0.8 * 0.8).sqrt();
+    let torus = shapes::torus(220, 88, 1.0 / size, 0.4 / size, 0.25, 1);
+    let graph = graph_of(&torus);
+    let d = field_of(&graph, &torus, &curvature(), Symmetry::Line);
+    for frequency in [20.0, 40.0, 80.0] {
+        let f = vec![frequency; graph.len()];
+        let z = solve_cpu(&graph, &d, &f, Symmetry::Line, &default()).phasors;
+        let q = quality(&graph, &d, &f, &z, Symmetry::Line);
+        assert!(q.energy <= 4e-4 && q.branches == 0, "f {frequency}: {q:?}");
+    }
+}
+
+#[test]
+fn hierarchy_beats_the_local_rule_which_stops_by_itself() {
+    let raw = shapes::torus(80, 40, 1.0, 0.4, 0.25, 4);
+    let graph = graph_of(&raw);
+    let d = field_of(&graph, &raw, &curvature(), Symmetry::Line);
+    let f = vec![8.0; graph.len()];
+    let energy_of = |settings: &SolverSettings| {
+        let solution = solve_cpu(&graph, &d, &f, Symmetry::Line, settings);
+        (quality(&graph, &d, &f, &solution.phasors, Symmetry::Line).energy, solution.sweeps)
+    };
+    let local = |rule| SolverSettings { cold_start: ColdStart::Local(rule), ..default() };
+    let (hierarchy, _) = energy_of(&default());
+    let (thirty, sweeps) = energy_of(&local(LocalRule { max_sweeps: 30, epsilon: 0.0, ..default() }));
+    assert_eq!(sweeps, 30);
+    assert!(hierarchy < 0.5 * thirty, "{hierarchy} {thirty}");
+    let (_, sweeps) = energy_of(&local(LocalRule { epsilon: 0.05, ..default() }));
+    assert!((2..30).contains(&sweeps), "{sweeps}");
+    let (skipping, _) =
+        energy_of(&local(LocalRule { max_sweeps: 30, epsilon: 0.0, skip_last_third: true, ..default() }));
+    assert!(skipping < 2.0 * thirty);
+}
+
+#[test]
+fn solving_survives_what_has_no_answer() {
+    let triangle = RawMesh { positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z], triangles: vec![[0, 1, 2]] };
+    let graph = graph_of(&triangle);
+    assert_eq!(graph.components(), 2);
+    for d in [Vec3::ZERO, Vec3::X] {
+        for f in [0.0, 1e6] {
+            let (d, f) = (vec![d; graph.len()], vec![f; graph.len()]);
+            let z = solve_cpu(&graph, &d, &f, Symmetry::Line, &default()).phasors;
+            assert!(z.iter().all(|z| z.is_finite()), "{z:?}");
+        }
+    }
+    assert_eq!(normalize_or(Vec2::ZERO, Vec2::X), Vec2::X);
+}
