@@ -47,8 +47,8 @@ impl SolverOrder {
 }
 
 /// The nodes in an order in which each one comes after its neighbours of higher priority; all such orders give the same
-/// colours. A node follows as soon as the last of those has come, so the order moves from neighbour to neighbour, which
-/// is several times as fast as strictly descending priority on large meshes.
+/// colours. A node follows as soon as the last of those has come, so the order moves from neighbour to neighbour and
+/// memory is read where it has just been read; strictly descending priority jumps about in it.
 fn by_priority(graph: &Adjacency) -> Vec<u32> {
     let nodes = 0..graph.len() as u32;
     let priorities: Vec<u64> = nodes.clone().map(|node| priority(node, graph.of(node).len())).collect();

@@ -3,26 +3,51 @@
 //! In: the positions of a mesh's vertices. Out: for each one its welded vertex. Meshes repeat vertices along seams of
 //! UVs, normals and materials; a pattern must not be cut there, so vertices at the same place are one.
 //!
-//! Without a tolerance, "the same place" is the same position (a hash table, linear time). With one it is the transitive
-//! closure of "no farther apart than the tolerance", which does not depend on the order of the vertices:
+//! "The same place" is the transitive closure of "no farther apart than a tolerance", which does not depend on the order
+//! of the vertices. Equal positions are found first, with a hash table. Then, where there is a tolerance:
 //!
 //! * The vertices are sorted into cubes with a diagonal just below the tolerance; all vertices in a cube are one.
 //! * Vertices in different cubes can only be close if the cubes are at most two apart along each axis. The sorted cubes
 //!   are walked with one cursor per row of neighbours (13 rows, by symmetry), and cubes that are not yet joined are
 //!   compared vertex by vertex.
 //! * A union-find forest collects what is joined.
+//!
+//! The default tolerance is a few units of rounding. Seams need it: where the ends of a closed curve are computed from
+//! angles of 0 and 2π they are not equal, since sin 2π is not 0 in floating point. Bevy's `Torus` and `Sphere` are such.
 
 use super::order::argsort;
 use bevy::{math::DVec3, platform::collections::HashMap, prelude::*};
 
 /// How mesh vertices become vertices of the surface.
-#[derive(Reflect, Debug, Clone, Copy, PartialEq, Default)]
+///
+/// Vertices are one if they are no farther apart than the larger of the two tolerances, directly or through others. Keep
+/// them well below the length of the edges: chains of close vertices collapse into one, and triangles with them.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq)]
 #[reflect(Default)]
 pub struct WeldOptions {
-    /// Vertices that are no farther apart than this are one, in the mesh's units, 0 or more. Default 0: only vertices at
-    /// exactly the same position are. Keep it well below the length of the edges: chains of close vertices collapse
-    /// into one, and triangles with them. Negative or NaN means 0.
+    /// Tolerance in the mesh's units, 0 or more. Default 0.
     pub tolerance: f32,
+    /// Tolerance in units of rounding, `f32::EPSILON` times the mesh's largest coordinate; 0 or more. Default 4, which
+    /// closes the seams of Bevy's primitives. With 0 in both fields only equal positions are welded.
+    pub rounding: f32,
+}
+
+impl Default for WeldOptions {
+    fn default() -> Self {
+        Self {
+            tolerance: 0.0,
+            rounding: 4.0,
+        }
+    }
+}
+
+impl WeldOptions {
+    /// The larger of the two tolerances, in the mesh's units. Negative and NaN fields count as 0.
+    fn distance(&self, positions: &[Vec3]) -> f64 {
+        let largest = positions.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
+        let rounding = f64::from(self.rounding) * f64::from(f32::EPSILON) * f64::from(largest);
+        f64::from(self.tolerance).max(rounding).max(0.0)
+    }
 }
 
 /// The result of welding.
@@ -37,9 +62,10 @@ pub struct Weld {
 /// Welds vertices at the same place. `positions` must be finite; -0.0 and 0.0 are the same.
 pub fn weld(positions: &[Vec3], options: &WeldOptions) -> Weld {
     let exact = weld_equal(positions);
-    if options.tolerance > 0.0 {
+    let distance = options.distance(positions);
+    if distance > 0.0 {
         let distinct: Vec<Vec3> = exact.first.iter().map(|&v| positions[v as usize]).collect();
-        exact.then(&weld_close(&distinct, f64::from(options.tolerance)))
+        exact.then(&weld_close(&distinct, distance))
     } else {
         exact
     }
