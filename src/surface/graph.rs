@@ -1,5 +1,18 @@
 //! The graph that all other rooms stand on.
+//!
+//! In: a mesh, or positions and triangles. Out: a [`SurfaceGraph`]. The steps are those of the table in
+//! [`surface`](crate::surface); here they are put together.
 
+use super::{
+    adjacency::Adjacency,
+    coloring::SolverOrder,
+    geometry::{double_area, normals_and_areas},
+    levels::coarsen,
+    order::{inverse, morton_order},
+    soup::{check_finite, check_indices, triangle_soup},
+    weld::{WeldOptions, weld},
+};
+use crate::error::PatternError;
 use bevy::prelude::*;
 
 /// A triangle mesh seen as a graph of welded vertices, with the colours and levels that the solver needs.
@@ -66,6 +79,86 @@ impl Level {
 }
 
 impl SurfaceGraph {
+    /// The graph of a mesh; [`triangle_soup`] and [`from_triangles`](Self::from_triangles) in one.
+    ///
+    /// # Errors
+    /// Those of the two.
+    pub fn from_mesh(mesh: &Mesh, options: &WeldOptions) -> Result<Self, PatternError> {
+        let soup = triangle_soup(mesh)?;
+        Self::from_triangles(&soup.positions, &soup.triangles, options)
+    }
+
+    /// The graph of a triangle mesh that is given by the `positions` of its vertices and the vertices of its
+    /// `triangles`, counter-clockwise. The mesh may have borders, several components and unused vertices, and any number
+    /// of triangles may share an edge. The result depends on the input alone, bit by bit.
+    ///
+    /// Triangles without an area stay in [`triangles`](Self::triangles), but make no edge.
+    ///
+    /// # Errors
+    /// [`NotFinite`](PatternError::NotFinite), [`IndexOutOfRange`](PatternError::IndexOutOfRange), and
+    /// [`NoTriangles`](PatternError::NoTriangles) where none has an area after welding.
+    pub fn from_triangles(
+        positions: &[Vec3],
+        triangles: &[[u32; 3]],
+        options: &WeldOptions,
+    ) -> Result<Self, PatternError> {
+        check_finite(positions)?;
+        check_indices(triangles, positions.len())?;
+        let weld = weld(positions, options);
+        let welded: Vec<Vec3> = weld.first.iter().map(|&v| positions[v as usize]).collect();
+        let triangles_welded = renamed(triangles, &weld.vertex_of);
+        let with_area: Vec<[u32; 3]> = triangles_welded
+            .iter()
+            .filter(|triangle| double_area(triangle.map(|v| welded[v as usize])).is_some())
+            .copied()
+            .collect();
+        if with_area.is_empty() {
+            return Err(PatternError::NoTriangles);
+        }
+        let adjacency = Adjacency::from_triangles(&with_area, welded.len());
+        let SolverOrder { order, classes } = SolverOrder::new(&adjacency, &morton_order(&welded));
+        let finest = adjacency.into_level(&order, classes);
+
+        let rank = inverse(&order);
+        let positions: Vec<Vec3> = order.iter().map(|&v| welded[v as usize]).collect();
+        let triangles = renamed(&triangles_welded, &rank);
+        let vertex_of = weld.vertex_of.iter().map(|&v| rank[v as usize]).collect();
+        let (normals, areas) = normals_and_areas(&positions, &triangles);
+        let levels = coarsen(finest, &positions, &areas);
+        Ok(Self {
+            positions,
+            normals,
+            areas,
+            triangles,
+            vertex_of,
+            levels,
+        })
+    }
+
+    /// Takes new positions of the mesh's own vertices, as many as there were. Positions, normals and areas are computed
+    /// anew; the weld, the colours and the levels stay. A welded vertex goes where the first of its mesh vertices goes.
+    /// Triangles may lose their area meanwhile.
+    ///
+    /// # Errors
+    /// [`WrongLength`](PatternError::WrongLength) and [`NotFinite`](PatternError::NotFinite); the graph is unchanged then.
+    pub fn update_positions(&mut self, positions: &[Vec3]) -> Result<(), PatternError> {
+        let (found, expected) = (positions.len(), self.vertex_of.len());
+        if found != expected {
+            return Err(PatternError::WrongLength {
+                what: "positions",
+                found,
+                expected,
+            });
+        }
+        check_finite(positions)?;
+        // Backwards, so that the first mesh vertex of each welded vertex has the last word.
+        for (&vertex, &position) in self.vertex_of.iter().zip(positions).rev() {
+            self.positions[vertex as usize] = position;
+        }
+        (self.normals, self.areas) = normals_and_areas(&self.positions, &self.triangles);
+        Ok(())
+    }
+
     /// Number of welded vertices.
     pub fn len(&self) -> usize {
         self.positions.len()
@@ -85,4 +178,12 @@ impl SurfaceGraph {
     pub fn components(&self) -> usize {
         self.levels.last().map_or(0, Level::len)
     }
+}
+
+/// The same triangles with their corners called by new names.
+fn renamed(triangles: &[[u32; 3]], names: &[u32]) -> Vec<[u32; 3]> {
+    triangles
+        .iter()
+        .map(|triangle| triangle.map(|v| names[v as usize]))
+        .collect()
 }

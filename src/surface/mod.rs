@@ -1,8 +1,28 @@
 //! A mesh as a graph: welded vertices, neighbours, colours and a hierarchy of aggregates.
 //!
 //! In: a triangle mesh of any make. Out: a [`SurfaceGraph`], the ground that fields are given on and waves are solved
-//! on. Pure CPU; nothing here knows of the GPU or of patterns.
+//! on, and the un-indexed copy of the mesh that is drawn. Pure CPU; nothing here knows of the GPU or of patterns.
+//!
+//! | step | file | what it does |
+//! |---|---|---|
+//! | 1 | `soup` | reads positions and triangles out of a `Mesh` and checks them |
+//! | 2 | `weld` | makes one graph vertex of all mesh vertices at the same place |
+//! | 3 | `adjacency` | collects the neighbours of every vertex |
+//! | 4 | `coloring`, `order` | colours the graph and stores it colour by colour, along a Morton curve |
+//! | 5 | `geometry` | normals and areas |
+//! | 6 | `levels` | joins vertices to aggregates, again and again, until one per component is left |
 
+mod adjacency;
+mod asset;
+mod coloring;
+mod geometry;
 mod graph;
+mod levels;
+mod order;
+mod soup;
+mod weld;
 
+pub use asset::*;
 pub use graph::*;
+pub use soup::*;
+pub use weld::*;

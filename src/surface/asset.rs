@@ -1,0 +1,81 @@
+//! The mesh that is drawn: an un-indexed copy of the user's mesh.
+//!
+//! In: a [`Mesh`] and its [`TriangleSoup`]. Out: a triangle list without indices, three vertices per triangle of
+//! [`SurfaceGraph::triangles`] and in the same order. Vertex k of the copy is corner k % 3 of triangle k / 3, which is
+//! how a shader knows where on the surface it is, without an attribute of its own.
+
+use super::{
+    graph::SurfaceGraph,
+    soup::{TriangleSoup, access_error, check_indices, vertex_count},
+};
+use crate::error::PatternError;
+use bevy::{
+    mesh::{Indices, Mesh, PrimitiveTopology, morph::MorphAttributes},
+    prelude::*,
+};
+
+/// A copy of `mesh` without indices, three vertices per triangle of `soup`, which is the mesh's own.
+///
+/// All attributes (normals and skin among them) and morph targets are repeated as they are; names of morph targets,
+/// bounds and usage are kept. A closed mesh grows to six times its vertices.
+///
+/// # Errors
+/// [`MeshDataTaken`](PatternError::MeshDataTaken), and [`IndexOutOfRange`](PatternError::IndexOutOfRange) where `soup`
+/// is that of a larger mesh.
+pub fn unindexed(mesh: &Mesh, soup: &TriangleSoup) -> Result<Mesh, PatternError> {
+    let vertices = vertex_count(mesh)?;
+    check_indices(&soup.triangles, vertices)?;
+    let mut copy = Mesh::new(PrimitiveTopology::TriangleList, mesh.asset_usage);
+    for (attribute, values) in mesh.try_attributes().map_err(access_error)? {
+        copy.insert_attribute(*attribute, values.clone());
+    }
+    // Bevy repeats the vertices of every format by the indices, and drops these.
+    copy.insert_indices(Indices::U32(soup.triangles.as_flattened().to_vec()));
+    copy.try_duplicate_vertices().map_err(access_error)?;
+
+    if mesh.try_has_morph_targets().map_err(access_error)? {
+        let targets = mesh.try_morph_targets().map_err(access_error)?;
+        copy.set_morph_targets(unindexed_targets(targets, &soup.triangles, vertices));
+    }
+    if let Some(names) = mesh.try_morph_target_names().map_err(access_error)? {
+        copy.set_morph_target_names(names.to_vec());
+    }
+    copy.enable_raytracing = mesh.enable_raytracing;
+    copy.final_aabb = mesh.final_aabb;
+    copy.set_skinned_mesh_bounds(mesh.skinned_mesh_bounds().cloned());
+    Ok(copy)
+}
+
+/// Gives an un-indexed copy the smooth normals of its graph, if it has none of its own; without normals it would be
+/// unlit.
+///
+/// # Errors
+/// [`MeshDataTaken`](PatternError::MeshDataTaken), and [`WrongLength`](PatternError::WrongLength) where `copy` is not
+/// an un-indexed copy of the graph's mesh.
+pub fn insert_missing_normals(copy: &mut Mesh, graph: &SurfaceGraph) -> Result<(), PatternError> {
+    if copy
+        .try_contains_attribute(Mesh::ATTRIBUTE_NORMAL)
+        .map_err(access_error)?
+    {
+        return Ok(());
+    }
+    let (found, expected) = (vertex_count(copy)?, 3 * graph.triangles.len());
+    if found != expected {
+        return Err(PatternError::WrongLength {
+            what: "corners of triangles",
+            found,
+            expected,
+        });
+    }
+    let corners = graph.triangles.as_flattened().iter();
+    let normals: Vec<Vec3> = corners.map(|&v| graph.normals[v as usize]).collect();
+    copy.insert_attribute(Mesh::ATTRIBUTE_NORMAL, normals);
+    Ok(())
+}
+
+/// Morph targets lie one after the other, each with one entry per vertex.
+fn unindexed_targets(targets: &[MorphAttributes], triangles: &[[u32; 3]], vertices: usize) -> Vec<MorphAttributes> {
+    let corners = triangles.as_flattened();
+    let of_target = |target: &'_ [MorphAttributes]| corners.iter().map(|&v| target[v as usize]).collect::<Vec<_>>();
+    targets.chunks_exact(vertices.max(1)).flat_map(of_target).collect()
+}

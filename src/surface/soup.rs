@@ -1,0 +1,119 @@
+//! The triangles of a mesh, as they are drawn.
+//!
+//! In: a [`Mesh`] of triangles: a list or a strip, with 16-bit indices, 32-bit indices or none. Out: positions and
+//! triangles, checked: every index is in range and every position is finite. This is the only place that knows of
+//! topologies and index formats; all else starts from a [`TriangleSoup`] or from its two slices.
+
+use crate::error::PatternError;
+use bevy::{
+    mesh::{Indices, Mesh, MeshAccessError, PrimitiveTopology, VertexAttributeValues},
+    prelude::*,
+};
+
+/// The vertices of a mesh and its triangles in drawing order, degenerate ones included.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TriangleSoup {
+    /// Position of each vertex of the mesh, in the mesh's units; finite.
+    pub positions: Vec<Vec3>,
+    /// The three vertices of each drawn triangle, counter-clockwise; all smaller than `positions.len()`.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Reads positions and triangles out of a triangle list or a triangle strip.
+///
+/// Where attributes have different lengths, the shortest decides on the number of vertices, as it does in Bevy's vertex
+/// buffers. A last triangle that lacks corners is not drawn by the GPU and is left out. In a strip every other triangle
+/// is turned round, and the largest index (`0xFFFF` or `0xFFFF_FFFF`) begins a new strip.
+///
+/// # Errors
+/// [`MeshDataTaken`](PatternError::MeshDataTaken), [`Topology`](PatternError::Topology),
+/// [`NoPositions`](PatternError::NoPositions), [`NotFinite`](PatternError::NotFinite) and
+/// [`IndexOutOfRange`](PatternError::IndexOutOfRange). A mesh without a triangle is no error here.
+pub fn triangle_soup(mesh: &Mesh) -> Result<TriangleSoup, PatternError> {
+    let topology = mesh.primitive_topology();
+    if !matches!(
+        topology,
+        PrimitiveTopology::TriangleList | PrimitiveTopology::TriangleStrip
+    ) {
+        return Err(PatternError::Topology(format!("{topology:?}")));
+    }
+    let positions = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION).map_err(access_error)?;
+    let VertexAttributeValues::Float32x3(positions) = positions else {
+        return Err(PatternError::NoPositions);
+    };
+    let vertices = vertex_count(mesh)?;
+    let positions: Vec<Vec3> = positions[..vertices].iter().copied().map(Vec3::from).collect();
+    check_finite(&positions)?;
+
+    let strip = topology == PrimitiveTopology::TriangleStrip;
+    let triangles = match mesh.try_indices_option().map_err(access_error)? {
+        Some(Indices::U16(indices)) if strip => strips(indices, u16::MAX),
+        Some(Indices::U32(indices)) if strip => strips(indices, u32::MAX),
+        Some(Indices::U16(indices)) => list(indices.iter().map(|&i| u32::from(i))),
+        Some(Indices::U32(indices)) => list(indices.iter().copied()),
+        None if strip => strip_triangles(&(0..vertices as u32).collect::<Vec<_>>()).collect(),
+        None => list(0..vertices as u32),
+    };
+    check_indices(&triangles, vertices)?;
+    Ok(TriangleSoup { positions, triangles })
+}
+
+/// Number of vertices that Bevy draws with: the length of the shortest attribute.
+pub(super) fn vertex_count(mesh: &Mesh) -> Result<usize, PatternError> {
+    let attributes = mesh.try_attributes().map_err(access_error)?;
+    Ok(attributes.map(|(_, values)| values.len()).min().unwrap_or(0))
+}
+
+pub(super) fn access_error(error: MeshAccessError) -> PatternError {
+    match error {
+        MeshAccessError::ExtractedToRenderWorld => PatternError::MeshDataTaken,
+        MeshAccessError::NotFound => PatternError::NoPositions,
+    }
+}
+
+/// Refuses NaN and infinite positions.
+pub(super) fn check_finite(positions: &[Vec3]) -> Result<(), PatternError> {
+    match positions.iter().position(|p| !p.is_finite()) {
+        Some(index) => Err(PatternError::NotFinite {
+            what: "position of vertex",
+            index,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses triangles with a corner behind the last vertex.
+pub(super) fn check_indices(triangles: &[[u32; 3]], vertices: usize) -> Result<(), PatternError> {
+    match triangles
+        .as_flattened()
+        .iter()
+        .find(|&&index| index as usize >= vertices)
+    {
+        Some(&index) => Err(PatternError::IndexOutOfRange { index, vertices }),
+        None => Ok(()),
+    }
+}
+
+fn list(indices: impl Iterator<Item = u32>) -> Vec<[u32; 3]> {
+    let indices: Vec<u32> = indices.collect();
+    indices.as_chunks().0.to_vec()
+}
+
+/// All strips of an index buffer, each as long as it goes without the restart index.
+fn strips<I: Copy + PartialEq + Into<u32>>(indices: &[I], restart: I) -> Vec<[u32; 3]> {
+    indices
+        .split(|&index| index == restart)
+        .flat_map(strip_triangles)
+        .collect()
+}
+
+/// The triangles of one strip. Every other one is turned round so that all face the same way; its first vertex stays
+/// the first, which keeps flat-interpolated values where the GPU takes them from.
+fn strip_triangles<I: Copy + Into<u32>>(strip: &[I]) -> impl Iterator<Item = [u32; 3]> {
+    let corners = strip
+        .array_windows()
+        .map(|&[a, b, c]: &[I; 3]| [a.into(), b.into(), c.into()]);
+    corners
+        .enumerate()
+        .map(|(i, [a, b, c])| if i % 2 == 0 { [a, b, c] } else { [a, c, b] })
+}
