@@ -91,16 +91,14 @@ fn plane_wave_is_perfect_at_any_frequency() {
 }
 
 #[test]
-fn linear_chirp_is_perfect() {
+fn linear_chirp_is_perfect_on_every_edge() {
     let graph = sheet(12);
     let directions = vec![Vec3::X; graph.len()];
     let frequencies: Vec<f32> = graph.positions.iter().map(|p| 10.0 + 40.0 * p.x).collect();
     let wave = phasors(&graph, |p| TAU * (10.0 * p.x + 20.0 * p.x * p.x).fract());
     let q = quality(&graph, &directions, &frequencies, &wave, Symmetry::Vector);
-    assert!(
-        q.energy < 1e-9 && q.branches == 0 && q.angle_mean_deg < 1.0 && q.spacing_p95 < 0.02,
-        "{q:?}"
-    );
+    // On every edge; inside the triangles the phase is linear and the chirp is not.
+    assert!(q.energy < 1e-9 && q.branches == 0, "{q:?}");
 }
 
 #[test]

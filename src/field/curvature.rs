@@ -78,22 +78,28 @@ fn deviator(graph: &SurfaceGraph, x: Vec3, i: usize) -> Vec2 {
     }
 }
 
-/// Measures u by its median over the vertices that are neither flat nor spherical, and cuts it off there: what is more
-/// curved than usual must not outvote all others.
+/// Measures u by its median over the vertices (the curved ones, where most are flat), and cuts it off there: what is
+/// more curved than usual must not outvote all others.
 fn limit(lines: &mut [Vec2]) {
-    let mut moduli: Vec<f32> = lines
-        .iter()
-        .map(|u| u.length())
-        .filter(|&modulus| modulus > 0.0)
-        .collect();
-    if moduli.is_empty() {
-        return;
+    let mut moduli: Vec<f32> = lines.iter().map(|u| u.length()).collect();
+    let mut median = median(&mut moduli);
+    if median == 0.0 {
+        moduli.retain(|&modulus| modulus > 0.0);
+        median = self::median(&mut moduli);
     }
-    let middle = moduli.len() / 2;
-    let (_, &mut median, _) = moduli.select_nth_unstable_by(middle, f32::total_cmp);
-    for u in lines {
-        *u = (*u / median).clamp_length_max(1.0);
+    if median > 0.0 {
+        for u in lines {
+            *u = (*u / median).clamp_length_max(1.0);
+        }
     }
+}
+
+fn median(values: &mut [f32]) -> f32 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f32::total_cmp).1
 }
 
 fn smooth(graph: &SurfaceGraph, frames: &[Vec3], lines: &mut Vec<Vec2>, steps: u32) {

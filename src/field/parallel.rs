@@ -1,6 +1,6 @@
 //! Loops over vertices, spread over Bevy's compute threads.
 
-use bevy::tasks::{ComputeTaskPool, ParallelSliceMut};
+use bevy::tasks::ComputeTaskPool;
 
 /// Vertices per task: enough work to pay for a task, small enough to balance.
 const CHUNK: usize = 8192;
@@ -12,14 +12,13 @@ pub(super) fn fill<T: Send>(mut out: &mut [T], f: impl Fn(usize) -> T + Send + S
             *value = f(chunk * CHUNK + k);
         }
     };
+    let chunks = out.chunks_mut(CHUNK).enumerate();
     match ComputeTaskPool::try_get() {
-        Some(pool) if out.len() > CHUNK && pool.thread_num() > 1 => {
-            out.par_chunk_map_mut(pool, CHUNK, fill_chunk);
+        Some(pool) if chunks.len() > 1 && pool.thread_num() > 1 => {
+            let fill_chunk = &fill_chunk;
+            pool.scope(|scope| chunks.for_each(|(chunk, values)| scope.spawn(async move { fill_chunk(chunk, values) })));
         }
-        _ => out
-            .chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(chunk, values)| fill_chunk(chunk, values)),
+        _ => chunks.for_each(|(chunk, values)| fill_chunk(chunk, values)),
     }
 }
 
