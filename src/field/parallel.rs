@@ -6,7 +6,7 @@ use bevy::tasks::ComputeTaskPool;
 const CHUNK: usize = 8192;
 
 /// `out[i] = f(i)` for all i. In parallel where Bevy's compute pool exists and there is enough to do.
-pub(super) fn fill<T: Send>(mut out: &mut [T], f: impl Fn(usize) -> T + Send + Sync) {
+pub(super) fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Send + Sync) {
     let fill_chunk = |chunk: usize, values: &mut [T]| {
         for (k, value) in values.iter_mut().enumerate() {
             *value = f(chunk * CHUNK + k);

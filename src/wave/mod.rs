@@ -30,7 +30,7 @@ pub use solver::SolverSettings;
 pub use state::*;
 
 use crate::{
-    field::DirectionField,
+    field::{DirectionField, Frequency},
     surface::{PatternWeld, SurfaceCache, SurfaceGraph, update_surfaces, watch_meshes},
 };
 use bevy::{
@@ -61,6 +61,7 @@ impl Plugin for WavePlugin {
             .register_type::<PatternMesh>()
             .register_type::<SolverSettings>()
             .register_required_components::<DirectionField, PatternState>()
+            .register_required_components::<DirectionField, Frequency>()
             .add_observer(patterns::restart)
             .add_observer(patterns::remove_pattern);
         let update = (
