@@ -1,345 +1,19 @@
 //! The surface room: what holds for the graph of every mesh, and what becomes of unusual meshes.
 
+#[path = "surface/meshes.rs"]
+mod meshes;
+#[path = "surface/theorems.rs"]
+mod theorems;
+
 use bevy::{
     asset::RenderAssetUsages,
-    math::primitives::{Capsule3d, Cone, Cuboid, Cylinder, Plane3d, Sphere, Torus},
+    math::primitives::{Capsule3d, Cone, Cuboid, Cylinder, Sphere, Torus},
     mesh::{Indices, Mesh, PrimitiveTopology, VertexAttributeValues, morph::MorphAttributes},
     prelude::*,
 };
 use bevy_field_patterns::{error::PatternError, surface::*};
-use std::{collections::BTreeSet, time::Instant};
-
-const EXACT: WeldOptions = within(0.0);
-
-/// Welds what is no farther apart than `tolerance`, and nothing else.
-const fn within(tolerance: f32) -> WeldOptions {
-    WeldOptions {
-        tolerance,
-        rounding: 0.0,
-    }
-}
-
-// ---------------------------------------------------------------------------------------------------------------------
-// Meshes
-
-fn mesh_of(topology: PrimitiveTopology, positions: Vec<Vec3>, indices: Option<Indices>) -> Mesh {
-    let mesh = Mesh::new(topology, RenderAssetUsages::default());
-    let mesh = mesh.with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions);
-    match indices {
-        Some(indices) => mesh.with_inserted_indices(indices),
-        None => mesh,
-    }
-}
-
-fn list_of(positions: &[Vec3], triangles: &[[u32; 3]]) -> Mesh {
-    let indices = Indices::U32(triangles.as_flattened().to_vec());
-    mesh_of(PrimitiveTopology::TriangleList, positions.to_vec(), Some(indices))
-}
-
-/// A small deterministic generator, so that the tests need no crate for it.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: u32) -> u32 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 33) % u64::from(n)) as u32
-    }
-
-    fn unit(&mut self) -> f32 {
-        self.below(1 << 24) as f32 / (1 << 24) as f32
-    }
-
-    fn point(&mut self) -> Vec3 {
-        Vec3::new(self.unit(), self.unit(), self.unit())
-    }
-}
-
-/// Any triangles between any vertices: non-manifold in every way, with degenerate and unused parts.
-fn random_triangles(seed: u64, vertices: u32, triangles: u32) -> Mesh {
-    let mut random = Random(seed);
-    let positions: Vec<Vec3> = (0..vertices).map(|_| random.point()).collect();
-    let triangles: Vec<[u32; 3]> = (0..triangles)
-        .map(|_| [(); 3].map(|()| random.below(vertices)))
-        .collect();
-    list_of(&positions, &triangles)
-}
-
-/// A disk of triangles around vertex 0.
-fn fan(valence: u32) -> Mesh {
-    let rim = (0..valence).map(|i| Vec2::from_angle(i as f32 / valence as f32 * std::f32::consts::TAU).extend(0.0));
-    let positions: Vec<Vec3> = std::iter::once(Vec3::ZERO).chain(rim).collect();
-    let triangles: Vec<[u32; 3]> = (0..valence).map(|i| [0, i + 1, (i + 1) % valence + 1]).collect();
-    list_of(&positions, &triangles)
-}
-
-/// Triangles that share one edge.
-fn book(pages: u32) -> Mesh {
-    let leaves = (0..pages).map(|i| Vec2::from_angle(i as f32).extend(0.5));
-    let positions: Vec<Vec3> = [Vec3::ZERO, Vec3::Z].into_iter().chain(leaves).collect();
-    let triangles: Vec<[u32; 3]> = (0..pages).map(|i| [0, 1, i + 2]).collect();
-    list_of(&positions, &triangles)
-}
-
-/// A band of `n` quads with a half turn.
-fn moebius(n: u32) -> Mesh {
-    let point = |i: u32, side: f32| {
-        let (turn, half) = (
-            i as f32 / n as f32 * std::f32::consts::TAU,
-            i as f32 / n as f32 * std::f32::consts::PI,
-        );
-        let radius = 1.0 + side * half.cos();
-        Vec3::new(radius * turn.cos(), radius * turn.sin(), side * half.sin())
-    };
-    let positions: Vec<Vec3> = (0..n).flat_map(|i| [point(i, -0.3), point(i, 0.3)]).collect();
-    let triangles: Vec<[u32; 3]> = (0..n)
-        .flat_map(|i| {
-            let (a, b) = (2 * i, 2 * i + 1);
-            // The last quad meets the first one upside down.
-            let (c, d) = if i + 1 == n { (1, 0) } else { (2 * i + 2, 2 * i + 3) };
-            [[a, c, b], [b, c, d]]
-        })
-        .collect();
-    list_of(&positions, &triangles)
-}
-
-fn two_triangles_at_a_point() -> Mesh {
-    let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::NEG_X, Vec3::NEG_Y];
-    list_of(&positions, &[[0, 1, 2], [0, 3, 4]])
-}
-
-fn scaled(mesh: &Mesh, scale: f32) -> Mesh {
-    mesh.clone().scaled_by(Vec3::splat(scale))
-}
-
-fn merged(mut mesh: Mesh, other: &Mesh) -> Mesh {
-    mesh.merge(other).expect("both are lists with the same attributes");
-    mesh
-}
-
-fn plane(subdivisions: u32) -> Mesh {
-    Plane3d::default()
-        .mesh()
-        .size(2.0, 3.0)
-        .subdivisions(subdivisions)
-        .build()
-}
-
-fn zoo() -> Vec<(String, Mesh)> {
-    let sphere = Sphere::new(1.0).mesh().ico(12).expect("below the limit");
-    let mut zoo = vec![
-        ("cuboid".into(), Cuboid::default().mesh().build()),
-        ("torus".into(), Torus::default().mesh().build()),
-        ("uv sphere".into(), Sphere::new(2.0).mesh().uv(32, 18)),
-        ("plane with a border".into(), plane(30)),
-        ("tiny sphere".into(), scaled(&sphere, 1e-12)),
-        ("huge sphere".into(), scaled(&sphere, 1e12)),
-        (
-            "two components".into(),
-            merged(sphere.clone(), &sphere.clone().translated_by(Vec3::X * 5.0)),
-        ),
-        ("sphere".into(), sphere),
-        (
-            "one triangle".into(),
-            list_of(&[Vec3::ZERO, Vec3::X, Vec3::Y], &[[0, 1, 2]]),
-        ),
-        ("three faces on an edge".into(), book(3)),
-        ("book".into(), book(2000)),
-        ("pinched vertex".into(), two_triangles_at_a_point()),
-        ("moebius strip".into(), moebius(24)),
-        ("fan".into(), fan(500)),
-        (
-            "isolated vertex, zero-area and duplicate triangles".into(),
-            list_of(
-                &[Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::ONE, Vec3::X * 0.5, Vec3::X],
-                &[[0, 1, 2], [0, 1, 2], [2, 1, 0], [0, 0, 2], [0, 4, 1], [1, 5, 2]],
-            ),
-        ),
-    ];
-    zoo.extend((0..20).map(|seed| {
-        (
-            format!("soup {seed}"),
-            random_triangles(seed, 60, 40 + 20 * seed as u32),
-        )
-    }));
-    zoo.extend((20..23).map(|seed| (format!("dense soup {seed}"), random_triangles(seed, 40, 4000))));
-    zoo
-}
-
-fn graph_of(mesh: &Mesh) -> SurfaceGraph {
-    SurfaceGraph::from_mesh(mesh, &EXACT).expect("a valid mesh")
-}
-
-// ---------------------------------------------------------------------------------------------------------------------
-// Theorems
-
-/// Number of connected components, by union-find over the triangles that have an area in exact arithmetic.
-fn components(nodes: usize, edges: impl Iterator<Item = (u32, u32)>) -> usize {
-    fn find(parent: &[u32], mut a: u32) -> u32 {
-        while parent[a as usize] != a {
-            a = parent[a as usize];
-        }
-        a
-    }
-    let mut parent: Vec<u32> = (0..nodes as u32).collect();
-    for (a, b) in edges {
-        let (a, b) = (find(&parent, a), find(&parent, b));
-        parent[a as usize] = b;
-    }
-    (0..nodes).filter(|&i| parent[i] == i as u32).count()
-}
-
-fn area_of(corners: [Vec3; 3]) -> f64 {
-    let [a, b, c] = corners.map(|p| p.as_dvec3());
-    (b - a).cross(c - a).length() / 2.0
-}
-
-/// The directed edges that a mesh should have, from its definition.
-fn expected_edges(graph: &SurfaceGraph) -> BTreeSet<(u32, u32)> {
-    let has_area = |t: &&[u32; 3]| area_of(t.map(|v| graph.positions[v as usize])) > 0.0;
-    let sides = |&[a, b, c]: &[u32; 3]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)];
-    graph.triangles.iter().filter(has_area).flat_map(sides).collect()
-}
-
-fn directed_edges(level: &Level) -> Vec<(u32, u32)> {
-    (0..level.len())
-        .flat_map(|i| level.edges(i).map(move |k| (i as u32, level.neighbors[k])))
-        .collect()
-}
-
-fn assert_graph_and_colors(name: &str, level: &Level) {
-    let edges = directed_edges(level);
-    assert!(
-        edges.is_sorted_by(|a, b| a < b),
-        "{name}: neighbours are ascending and unique"
-    );
-    let set: BTreeSet<_> = edges.iter().copied().collect();
-    assert!(
-        edges.iter().all(|&(a, b)| a != b && set.contains(&(b, a))),
-        "{name}: symmetric, without loops"
-    );
-
-    assert_eq!(level.classes.first(), Some(&0), "{name}");
-    assert_eq!(
-        level.classes.last(),
-        Some(&(level.len() as u32)),
-        "{name}: every node has a colour"
-    );
-    assert!(level.classes.is_sorted_by(|a, b| a < b), "{name}: no class is empty");
-    let color = |node: u32| level.classes.partition_point(|&begin| begin <= node) - 1;
-    assert!(
-        edges.iter().all(|&(a, b)| color(a) != color(b)),
-        "{name}: neighbours differ in colour"
-    );
-    for node in level.classes[1]..level.len() as u32 {
-        let colors: BTreeSet<usize> = level
-            .edges(node as usize)
-            .map(|k| color(level.neighbors[k]))
-            .filter(|&c| c < color(node))
-            .collect();
-        assert_eq!(colors.len(), color(node), "{name}: first fit, so colour 0 is maximal");
-    }
-}
-
-fn assert_aggregates(name: &str, fine: &Level, coarse: &Level) {
-    assert!(coarse.len() < fine.len(), "{name}: each level is smaller");
-    assert_eq!(fine.parents.len(), fine.len(), "{name}");
-    assert_eq!(fine.child_offsets.len(), coarse.len() + 1, "{name}");
-    let mut children = fine.children.clone();
-    children.sort_unstable();
-    assert!(
-        children.iter().copied().eq(0..fine.len() as u32),
-        "{name}: every node is a child once"
-    );
-    for parent in 0..coarse.len() {
-        let range = fine.child_offsets[parent] as usize..fine.child_offsets[parent + 1] as usize;
-        let [root, others @ ..] = &fine.children[range] else {
-            panic!("{name}: no parent is childless")
-        };
-        assert!(*root < fine.classes[1], "{name}: roots have colour 0");
-        assert_eq!(fine.parents[*root as usize], parent as u32, "{name}");
-        for &child in others {
-            assert_eq!(fine.parents[child as usize], parent as u32, "{name}");
-            let neighbors = &fine.neighbors[fine.edges(child as usize)];
-            assert!(
-                neighbors.binary_search(root).is_ok(),
-                "{name}: a root touches all its children"
-            );
-        }
-    }
-    let parent = |node: u32| fine.parents[node as usize];
-    let lifted: BTreeSet<_> = directed_edges(fine)
-        .into_iter()
-        .map(|(a, b)| (parent(a), parent(b)))
-        .filter(|(a, b)| a != b)
-        .collect();
-    assert!(
-        directed_edges(coarse).into_iter().eq(lifted),
-        "{name}: coarse edges are the fine ones between aggregates"
-    );
-}
-
-#[test]
-fn every_graph_keeps_its_invariants() {
-    for (name, mesh) in zoo() {
-        let soup = triangle_soup(&mesh).expect("a valid mesh");
-        let graph = graph_of(&mesh);
-        assert_eq!(graph, graph_of(&mesh), "{name}: deterministic, bit by bit");
-
-        assert_eq!(graph.triangles.len(), soup.triangles.len(), "{name}");
-        for (corner, vertex) in graph.triangles.as_flattened().iter().zip(soup.triangles.as_flattened()) {
-            assert_eq!(
-                *corner, graph.vertex_of[*vertex as usize],
-                "{name}: triangles keep their drawing order"
-            );
-        }
-        for (vertex, position) in graph.vertex_of.iter().zip(&soup.positions) {
-            assert_eq!(graph.positions[*vertex as usize], *position, "{name}");
-        }
-        let distinct: BTreeSet<_> = graph.positions.iter().map(|p| p.to_array().map(f32::to_bits)).collect();
-        assert_eq!(
-            distinct.len(),
-            graph.len(),
-            "{name}: welded vertices have different positions"
-        );
-
-        let edges = expected_edges(&graph);
-        assert!(
-            directed_edges(graph.mesh_level()).into_iter().eq(edges.iter().copied()),
-            "{name}: edges"
-        );
-        for (i, level) in graph.levels.iter().enumerate() {
-            assert_graph_and_colors(&format!("{name}, level {i}"), level);
-        }
-        for (i, pair) in graph.levels.windows(2).enumerate() {
-            assert_aggregates(&format!("{name}, level {i}"), &pair[0], &pair[1]);
-        }
-        assert_eq!(
-            graph.components(),
-            components(graph.len(), edges.into_iter()),
-            "{name}: components"
-        );
-        assert!(
-            graph
-                .levels
-                .last()
-                .is_some_and(|top| top.neighbors.is_empty() && top.parents.is_empty()),
-            "{name}"
-        );
-        assert!(graph.levels.len() <= 24, "{name}: {} levels", graph.levels.len());
-
-        let area: f64 = graph.areas.iter().copied().map(f64::from).sum();
-        let corners = |t: &[u32; 3]| t.map(|v| graph.positions[v as usize]);
-        let expected: f64 = graph.triangles.iter().map(corners).map(area_of).sum();
-        assert!(
-            (area - expected).abs() <= 1e-5 * expected,
-            "{name}: area {area} instead of {expected}"
-        );
-        assert!(graph.normals.iter().all(|n| n.is_normalized()), "{name}: unit normals");
-    }
-}
+use meshes::*;
+use std::time::Instant;
 
 #[test]
 fn meshes_need_few_colors_and_levels() {
@@ -357,6 +31,12 @@ fn meshes_need_few_colors_and_levels() {
             graph.len()
         );
         assert_eq!(graph.components(), 1);
+
+        // Neighbours in memory are neighbours in space: two along the curve are a few edges apart.
+        let apart = |pair: &[Vec3]| pair[0].distance(pair[1]);
+        let mean = graph.positions.windows(2).map(apart).sum::<f32>() / graph.len() as f32;
+        let edge = (4.0 * std::f32::consts::PI / graph.len() as f32).sqrt();
+        assert!(mean < 6.0 * edge, "{mean} against {edge}");
     }
 }
 
@@ -391,9 +71,6 @@ fn normals_and_areas_are_those_of_the_surface() {
     assert_eq!(leaf.normals, [Vec3::Z; 3]);
     assert!(leaf.areas.iter().all(|a| (a - 1.0 / 3.0).abs() < 1e-6));
 }
-
-// ---------------------------------------------------------------------------------------------------------------------
-// Meshes of all makes
 
 #[test]
 fn index_formats_and_topologies_give_the_same_graph() {
@@ -520,9 +197,6 @@ fn hubs_and_books_stay_fast() {
     assert!(begin.elapsed().as_secs_f32() < 5.0, "{:?}", begin.elapsed());
 }
 
-// ---------------------------------------------------------------------------------------------------------------------
-// Weld
-
 #[test]
 fn seams_are_closed() {
     let welded = weld(&[Vec3::X, Vec3::new(0.0, -0.0, 0.0), Vec3::ZERO, Vec3::X], &EXACT);
@@ -642,9 +316,6 @@ fn tolerance_welds_what_is_close() {
     assert!(graph_of(&torn).components() > 1000);
 }
 
-// ---------------------------------------------------------------------------------------------------------------------
-// Changes of positions
-
 #[test]
 fn moved_vertices_keep_their_graph() {
     let mesh = merged(moebius(30), &moebius(7).translated_by(Vec3::X * 4.0));
@@ -686,9 +357,6 @@ fn moved_vertices_keep_their_graph() {
     ));
     assert_eq!(graph, before, "an error changes nothing");
 }
-
-// ---------------------------------------------------------------------------------------------------------------------
-// The copy that is drawn
 
 #[test]
 fn unindexed_copy_repeats_attributes_and_morph_targets() {

@@ -5,7 +5,7 @@
 use bevy::prelude::*;
 
 /// Bits that one pass of [`argsort`] looks at.
-const DIGIT: u32 = 8;
+const DIGIT: u32 = 11;
 /// Bits per axis of a Morton key.
 const MORTON_BITS: u32 = 16;
 
