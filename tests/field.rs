@@ -4,6 +4,7 @@ use bevy::{
     asset::RenderAssetUsages,
     mesh::{Indices, MeshVertexAttribute, PrimitiveTopology, VertexFormat},
     prelude::*,
+    tasks::{ComputeTaskPool, TaskPoolBuilder},
 };
 use bevy_field_patterns::{
     error::PatternError,
@@ -268,6 +269,37 @@ fn copies_at_a_seam_are_averaged_as_lines_or_as_vectors() {
             lines[origin]
         );
     }
+}
+
+#[test]
+fn threads_do_not_change_the_result() {
+    let mesh = grid(120, |u, v| Vec3::new(u, v, 0.1 * (7.0 * u * v).sin()));
+    let graph = graph(&mesh);
+    let fields = || {
+        [DirectionField::default(), DirectionField::Axis(Dir3::X)]
+            .map(|field| directions(&field, field.default_symmetry(), 0.0, &graph, &mesh).expect("directions"))
+    };
+    let alone = fields();
+    ComputeTaskPool::get_or_init(|| TaskPoolBuilder::new().num_threads(4).build());
+    assert_eq!(alone, fields());
+}
+
+#[test]
+fn reflection_keeps_fields_or_says_what_it_lost() {
+    let axis = DirectionField::Axis(Dir3::NEG_Y);
+    assert_eq!(DirectionField::from_reflect(&*axis.to_dynamic()), Some(axis));
+    let list = Frequency::Vertices([1.0, 2.0].into());
+    assert_eq!(Frequency::from_reflect(&*list.to_dynamic()), Some(list));
+
+    let attribute = DirectionField::Attribute(VECTOR);
+    assert_eq!(
+        attribute.reflect_clone().expect("a clone").downcast_ref(),
+        Some(&attribute)
+    );
+    let rebuilt = DirectionField::from_reflect(&*attribute.to_dynamic()).expect("a field");
+    let mesh = seam();
+    let error = directions(&rebuilt, Symmetry::Line, 0.0, &graph(&mesh), &mesh).expect_err("the attribute is lost");
+    assert!(error.to_string().contains("lost in reflection"), "{error}");
 }
 
 #[test]
