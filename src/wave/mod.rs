@@ -5,3 +5,7 @@
 
 pub mod kite;
 pub mod layout;
+pub mod shade;
+mod shaders;
+
+pub(crate) use shaders::WaveShaderPlugin;
