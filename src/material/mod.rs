@@ -14,7 +14,7 @@ pub use stripes::*;
 
 use crate::wave::WaveShaderPlugin;
 use bevy::{
-    asset::{AssetEventSystems, embedded_asset},
+    asset::{AssetEventSystems, AssetPath, embedded_asset},
     pbr::MaterialPlugin,
     prelude::*,
     shader::{ShaderRef, load_shader_library},
@@ -97,7 +97,7 @@ pub fn pattern_prepass_vertex_shader() -> ShaderRef {
 }
 
 fn embedded(file: &str) -> ShaderRef {
-    format!("embedded://bevy_field_patterns/material/{file}").into()
+    AssetPath::from(format!("embedded://bevy_field_patterns/material/{file}")).into()
 }
 
 /// Marks all materials as modified in the two frames after a buffer was replaced.

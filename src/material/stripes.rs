@@ -7,16 +7,19 @@
 use super::{Focus, pattern_prepass_vertex_shader, pattern_vertex_shader};
 use crate::wave::layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER};
 use bevy::{
+    ecs::system::{SystemParamItem, lifetimeless::SRes},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
     prelude::*,
     render::{
+        render_asset::RenderAssets,
         render_resource::{
             AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, RenderPipelineDescriptor, ShaderType,
             SpecializedMeshPipelineError, UnpreparedBindGroup,
         },
         renderer::RenderDevice,
-        storage::ShaderBuffer,
+        storage::{GpuShaderBuffer, ShaderBuffer},
+        texture::{FallbackImage, GpuImage},
     },
     shader::ShaderRef,
 };
@@ -240,7 +243,7 @@ pub struct StripesKey {
 
 impl AsBindGroup for Stripes {
     type Data = StripesKey;
-    type Param = <StripesBinding as AsBindGroup>::Param;
+    type Param = (SRes<RenderAssets<GpuImage>>, SRes<FallbackImage>, SRes<RenderAssets<GpuShaderBuffer>>);
 
     fn label() -> &'static str {
         "stripes"
@@ -259,7 +262,7 @@ impl AsBindGroup for Stripes {
         &self,
         layout: &BindGroupLayout,
         render_device: &RenderDevice,
-        param: &mut bevy::ecs::system::SystemParamItem<'_, '_, Self::Param>,
+        param: &mut SystemParamItem<'_, '_, Self::Param>,
         force_no_bindless: bool,
     ) -> Result<UnpreparedBindGroup, AsBindGroupError> {
         self.binding().unprepared_bind_group(layout, render_device, param, force_no_bindless)
