@@ -63,7 +63,7 @@ pub fn sine_coverage(x: f32, w: f32) -> Coverage {
 pub fn sawtooth_coverage(x: f32, w: f32) -> Coverage {
     let u = (x + 0.25).rem_euclid(1.0);
     let width = w.clamp(1e-4, 1.0);
-    [-1.0, 0.0, 1.0, 2.0].into_iter().fold(Coverage { value: u + 1.0, slope: 1.0 }, |sum, k| Coverage {
+    [0.0, 1.0].into_iter().fold(Coverage { value: u + 1.0, slope: 1.0 }, |sum, k| Coverage {
         value: sum.value - tent_step((u - k) / width),
         slope: sum.slope - tent((u - k) / width) / width,
     })

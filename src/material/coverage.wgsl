@@ -71,7 +71,7 @@ fn sawtooth_coverage(x: f32, w: f32) -> Coverage {
     let u = fract(x + 0.25);
     let width = clamp(w, 1e-4, 1.0);
     var out = Coverage(u + 1.0, 1.0);
-    for (var k = -1; k <= 2; k++) {
+    for (var k = 0; k <= 1; k++) {
         out.value -= tent_step((u - f32(k)) / width);
         out.slope -= tent((u - f32(k)) / width) / width;
     }

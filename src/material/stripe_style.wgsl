@@ -55,7 +55,7 @@ struct Stripe {
     // Share of the pixel that a cut-out leaves.
     solid: f32,
     // How much of a period a pixel covers.
-    footprint: f32,
+    periods: f32,
     focus: f32,
 }
 
@@ -134,7 +134,7 @@ fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
     let certain = smoothstep(0.05, 0.25, wave.confidence);
 
     let sharp = profile_coverage(profile, turns, duty, width);
-    out.footprint = width;
+    out.periods = width;
     out.coverage = mix(mean_coverage(profile, duty), sharp.value, certain);
     out.solid = sharp.value;
     out.layer = mix(premultiplied(stripes.gap_color), premultiplied(stripes.color), out.coverage);
@@ -158,7 +158,7 @@ fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
 // stripe covers, so that holes too fine to be seen neither close nor open together.
 fn is_hole(stripe: Stripe, frag_coord: vec4<f32>, cutoff: f32) -> bool {
     let noise = fract(52.9829189 * fract(dot(floor(frag_coord.xy), vec2(0.06711056, 0.00583715))));
-    let threshold = mix(cutoff, clamp(noise, 0.01, 0.99), smoothstep(0.25, 0.75, stripe.footprint));
+    let threshold = mix(cutoff, clamp(noise, 0.01, 0.99), smoothstep(0.25, 0.75, stripe.periods));
     return stripe.solid < threshold;
 }
 

@@ -15,13 +15,16 @@
 
 @group(0) @binding(1) var<uniform> globals: Globals;
 
+// What Bevy's prepass takes for modes that blend.
+const BLENDED_CUTOFF: f32 = 0.05;
+
 // As `alpha_discard` of the main pass, so that both draw the same pixels; what blends casts a shadow where it is not clear.
 fn cut_out(stripe: Stripe, frag_coord: vec4<f32>) {
 #ifdef STRIPES_CUTOUT
     let alpha_mode = pbr_bindings::material.flags & pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_RESERVED_BITS;
     let mask = alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_MASK
         || alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_OPAQUE;
-    let cutoff = select(pbr_prepass_functions::PREMULTIPLIED_ALPHA_CUTOFF, 0.5, mask);
+    let cutoff = select(BLENDED_CUTOFF, 0.5, mask);
     if is_hole(stripe, frag_coord, cutoff) {
         discard;
     }

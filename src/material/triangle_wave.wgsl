@@ -7,7 +7,7 @@
 // s                   signs +1/-1 that turn the corners to point alike (a line field has no sign of its own)
 // Phi                 the phase; Wave.phasor = cis(Phi), Wave.gradient = grad(Phi) / 2 pi [periods/length]
 
-#import bevy_field_patterns::kite::{TAU, aligned_distance, phasor, cmul, reversed}
+#import bevy_field_patterns::kite
 
 const TINY: f32 = 1e-37;
 const MIN_EDGE_WEIGHT: f32 = 1e-9;
@@ -75,7 +75,7 @@ fn oriented(corners: Corners, s: vec3<f32>) -> Corners {
     for (var m = 0u; m < 3u; m++) {
         if s[m] < 0.0 {
             turned.direction[m] = -corners.direction[m];
-            turned.z[m] = reversed(corners.z[m]);
+            turned.z[m] = kite::reversed(corners.z[m]);
         }
     }
     return turned;
@@ -112,9 +112,9 @@ fn corner_sum(corners: Corners, weight: vec3<f32>, b: vec3<f32>, weight_gradient
     var slope_re = vec3(0.0);
     var slope_im = vec3(0.0);
     for (var m = 0u; m < 3u; m++) {
-        let distance = aligned_distance(offset(corners, m, b), corners.direction[m], direction);
+        let distance = kite::aligned_distance(offset(corners, m, b), corners.direction[m], direction);
         let z = corners.z[m] / max(length(corners.z[m]), TINY);
-        let prediction = cmul(z, phasor(0.5 * (corners.frequency[m] + frequency) * distance));
+        let prediction = kite::cmul(z, kite::phasor(0.5 * (corners.frequency[m] + frequency) * distance));
         sum += weight[m] * prediction;
         slope_re += prediction.x * weight_gradient[m];
         slope_im += prediction.y * weight_gradient[m];
@@ -122,7 +122,7 @@ fn corner_sum(corners: Corners, weight: vec3<f32>, b: vec3<f32>, weight_gradient
     let modulus = length(sum);
     let unit = select(vec2(1.0, 0.0), sum / max(modulus, TINY), modulus > TINY);
     // Each prediction turns by 2 pi f d, and the weights shift between predictions that do not agree.
-    let disagreement = (unit.x * slope_im - unit.y * slope_re) / (TAU * max(modulus, 1e-4));
+    let disagreement = (unit.x * slope_im - unit.y * slope_re) / (kite::TAU * max(modulus, 1e-4));
     var wave: Wave;
     wave.value = unit.y;
     wave.phasor = unit;

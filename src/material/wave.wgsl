@@ -14,6 +14,8 @@
 // barycentrics  weights of corners 0 and 1 (of the drawn triangle); corner 2 has the rest
 // rest space    the mesh's own space, before skin, morph targets and transform [length]
 // Wave          fields and their units: `triangle_wave.wgsl`
+//
+// Do not import a function under the name of a field (`kite::phasor` and `wave.phasor`): naga_oil replaces both.
 
 #import bevy_field_patterns::layout::{FLAG_READY, FLAG_VECTOR}
 #import bevy_field_patterns::triangle_wave::{Corners, Wave, wave_in_triangle}

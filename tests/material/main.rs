@@ -7,10 +7,11 @@ mod stage;
 use bevy::{
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass},
     mesh::{
+        MeshTag, VertexAttributeValues,
         morph::{MeshMorphWeights, MorphAttributes},
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
-    pbr::OpaqueRendererMethod,
+    material::OpaqueRendererMethod,
     prelude::*,
 };
 use bevy_field_patterns::{field::Symmetry, material::*, wave::shade::sample_wave};
@@ -109,8 +110,8 @@ fn numbers_agree_with_the_twin(scene: &mut Scene) {
             .map(|mode| probe_picture(scene, mode, &mesh, tag, lens));
         let (mut compared, mut odd, mut worst) = (0, 0, 0.0_f32);
         for ((value, b), triangle) in values.pixels.iter().zip(&barycentrics.pixels).zip(&triangles.pixels) {
-            // Halves hold integers up to 2048; the background is 0.
-            if triangle.w != 1.0 || triangle.x > 2048.0 {
+            // Halves hold integers up to 2048.
+            if triangle.w != 0.5 || triangle.x > 2048.0 {
                 continue;
             }
             assert_eq!(triangle.y as u32, tag % 1024);
@@ -186,10 +187,11 @@ fn no_tag_is_the_base(scene: &mut Scene) {
 /// Fine stripes far away are their mean; near ones keep their contrast.
 fn far_is_the_mean_and_near_is_sharp(scene: &mut Scene) {
     let mesh = scene.plane_mesh.clone();
-    for (name, profile, duty, mean) in [
-        ("square", Profile::Square, 0.3, 0.7),
-        ("sine", Profile::Sine, 0.5, 0.5),
-        ("sawtooth", Profile::Sawtooth, 0.5, 0.5),
+    // The tip of a saw-tooth is as blunt as a pixel.
+    for (name, profile, duty, mean, least) in [
+        ("square", Profile::Square, 0.3, 0.7, 0.95),
+        ("sine", Profile::Sine, 0.5, 0.5, 0.95),
+        ("sawtooth", Profile::Sawtooth, 0.5, 0.5, 0.9),
     ] {
         let material = scene.stage.add(unlit(Stripes { profile, duty, ..black_on_white() }));
         let body = scene.stage.body(&mesh, &material, scene.plane_x, Transform::IDENTITY);
@@ -197,7 +199,7 @@ fn far_is_the_mean_and_near_is_sharp(scene: &mut Scene) {
         let values = near.luminance();
         let swing =
             values.iter().copied().fold(0.0, f32::max) - values.iter().copied().fold(1.0, f32::min);
-        assert!(swing > 0.95, "{name}: contrast {swing} near");
+        assert!(swing > least, "{name}: contrast {swing} near");
         assert!((near.mean().x - mean).abs() < 0.02, "{name}: mean {} near", near.mean().x);
         // Less than a period per pixel, one, more than one; turned against the pixels, too.
         for periods in [0.9, 1.0, 1.37, 2.5, 7.3] {
@@ -303,11 +305,12 @@ fn skins_and_morph_targets_draw(scene: &mut Scene) {
     let expected = scene.stage.picture(lens);
     scene.stage.clear([plain]);
 
-    let count = scene.plane.positions.len();
     let corners = scene.plane.triangles.len() * 3;
+    let joints = VertexAttributeValues::Uint16x4(vec![[0, 1, 0, 0]; corners]);
     let skinned = scene
         .plane
-        .mesh_with(Mesh::ATTRIBUTE_JOINT_INDEX, &vec![[0_u16, 1, 0, 0]; count])
+        .mesh()
+        .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_INDEX, joints)
         .with_inserted_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, vec![[0.5_f32, 0.5, 0.0, 0.0]; corners]);
     let rest = MorphAttributes::new(Vec3::new(-0.5, 0.0, 0.0), Vec3::ZERO, Vec3::ZERO);
     let mut both = skinned.clone();
@@ -458,8 +461,9 @@ fn debug_styles_draw(scene: &mut Scene) {
             let picture = scene.stage.picture(lens);
             picture.save(&format!("debug {debug:?} {kind}"));
             scene.stage.clear([body]);
-            assert!(pictures.iter().all(|other| other.max_difference(&picture) > 0.05), "{debug:?} shows nothing");
             if tag == scene.line {
+                let new = pictures.iter().all(|other| other.max_difference(&picture) > 0.05);
+                assert!(new && picture.contrast() > 0.02, "{debug:?} shows nothing");
                 pictures.push(picture);
             }
         }
@@ -476,7 +480,7 @@ fn grown_buffers_are_seen(scene: &mut Scene) {
     let added = scene.memory.push(&Pattern::plane(2.0, 4, Vec3::Y, 3.0));
     scene.memory.upload(&mut scene.stage.app);
     scene.stage.app.world_mut().resource_mut::<BufferGeneration>().0 += 1;
-    scene.stage.app.world_mut().entity_mut(body).insert(bevy::mesh::MeshTag(added));
+    scene.stage.app.world_mut().entity_mut(body).insert(MeshTag(added));
     let after = scene.stage.picture(lens);
     scene.stage.clear([body]);
     assert!(before.max_difference(&after) > 0.9);

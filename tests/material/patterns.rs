@@ -2,7 +2,7 @@
 
 use bevy::{
     asset::RenderAssetUsages,
-    mesh::{MeshVertexAttribute, PrimitiveTopology},
+    mesh::PrimitiveTopology,
     prelude::*,
     render::storage::ShaderBuffer,
 };
@@ -129,14 +129,6 @@ impl Pattern {
         Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
             .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.corners(&self.positions))
             .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, self.corners(&self.normals))
-    }
-
-    /// The mesh with one more attribute, given per vertex of the graph.
-    pub fn mesh_with<T: Copy>(&self, attribute: MeshVertexAttribute, values: &[T]) -> Mesh
-    where
-        Vec<T>: Into<bevy::mesh::VertexAttributeValues>,
-    {
-        self.mesh().with_inserted_attribute(attribute, self.corners(values))
     }
 }
 

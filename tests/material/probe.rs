@@ -30,7 +30,7 @@ pub struct Probe {
 pub const VALUE: u32 = 0;
 /// Barycentrics 0 and 1, in two parts each.
 pub const BARYCENTRICS: u32 = 1;
-/// Triangle index, tag modulo 1024, footprint, 1.
+/// Triangle index, tag modulo 1024, footprint, one half (the background has 1).
 pub const TRIANGLE: u32 = 2;
 
 impl Probe {
@@ -95,6 +95,6 @@ fn fragment(
     if mode == 1u {
         return vec4(split(point.b.x), split(point.b.y));
     }
-    return vec4(f32(point.triangle), f32(point.tag % 1024u), footprint(wave), 1.0);
+    return vec4(f32(point.triangle), f32(point.tag % 1024u), footprint(wave), 0.5);
 }
 ";

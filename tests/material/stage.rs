@@ -12,6 +12,7 @@ use bevy::{
         pipelined_rendering::PipelinedRenderingPlugin,
         render_resource::{CachedPipelineState, PipelineCache, TextureFormat, TextureUsages},
     },
+    shader::ShaderCacheError,
     time::TimeUpdateStrategy,
     window::ExitCondition,
     winit::WinitPlugin,
@@ -187,6 +188,10 @@ impl Stage {
             let errors: Vec<String> = cache
                 .pipelines()
                 .filter_map(|pipeline| match &pipeline.state {
+                    // Still waiting for a file.
+                    CachedPipelineState::Err(
+                        ShaderCacheError::ShaderNotLoaded(_) | ShaderCacheError::ShaderImportNotYetAvailable,
+                    ) => None,
                     CachedPipelineState::Err(error) => Some(format!("{error}\n{error:?}")),
                     _ => None,
                 })
