@@ -15,6 +15,9 @@ pub mod prelude {
         FieldPatternsPlugin,
         error::PatternError,
         field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
+        material::{
+            DebugStyle, Focus, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes,
+        },
         wave::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings},
     };
 }
@@ -25,6 +28,6 @@ pub struct FieldPatternsPlugin;
 
 impl PluginGroup for FieldPatternsPlugin {
     fn build(self) -> PluginGroupBuilder {
-        PluginGroupBuilder::start::<Self>().add(wave::WavePlugin)
+        PluginGroupBuilder::start::<Self>().add(wave::WavePlugin).add(material::StripeMaterialPlugin)
     }
 }

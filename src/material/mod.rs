@@ -1,5 +1,120 @@
 //! What the fragment shader draws.
-use bevy::prelude::*;
+//!
+//! In: the shared buffers of [`layout`](crate::wave::layout), found through an entity's `MeshTag`, and a style. Out: pixels.
+//! `wave.wgsl` evaluates the wave under a fragment (Eq. 13 and 14 of Lichtenberg et al. 2018), `coverage.wgsl` filters a
+//! periodic profile over the pixel, and a material's own shader makes colours of it. The vertex shaders derive the triangle
+//! and the corner from the vertex index, so the mesh drawn must have no indices.
+
+pub mod coverage;
+mod focus;
+mod stripes;
+
+pub use focus::*;
+pub use stripes::*;
+
+use crate::wave::WaveShaderPlugin;
+use bevy::{
+    asset::{AssetEventSystems, AssetPath, embedded_asset},
+    pbr::MaterialPlugin,
+    prelude::*,
+    shader::{ShaderRef, load_shader_library},
+};
+use std::marker::PhantomData;
+
 /// How often the shared buffers have been made anew, which they are when they grow.
 #[derive(Resource, Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BufferGeneration(pub u32);
+
+/// Draws [`StripeMaterial`] and offers the shader library `bevy_field_patterns::wave`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct StripeMaterialPlugin;
+
+impl Plugin for StripeMaterialPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins((MaterialPlugin::<StripeMaterial>::default(), PatternMaterialPlugin::<StripeMaterial>::default()))
+            .register_type::<Stripes>()
+            .register_asset_reflect::<StripeMaterial>()
+            .add_systems(PostUpdate, mask_cutouts.after(AssetEventSystems))
+            .add_systems(Last, declare_needs);
+        load_shader_library!(app, "stripe_style.wgsl");
+        load_shader_library!(app, "stripe_debug.wgsl");
+        embedded_asset!(app, "stripes.wgsl");
+        embedded_asset!(app, "stripes_prepass.wgsl");
+    }
+}
+
+/// For a material of your own that samples the wave: add it next to `MaterialPlugin::<M>`.
+///
+/// The material binds the three buffers of [`layout`](crate::wave::layout) at 100, 101 and 102 (a default of their constant
+/// handles will do), uses [`pattern_vertex_shader`], and its fragment shader calls `bevy_field_patterns::wave`.
+///
+/// Bevy does not make a material's bind group anew when a buffer it binds is replaced. This plugin does, by touching the
+/// materials in the two frames after [`BufferGeneration`] has changed: a material and a buffer of one frame are prepared in
+/// no fixed order.
+#[derive(Debug, Clone, Copy)]
+pub struct PatternMaterialPlugin<M: Material>(PhantomData<M>);
+
+impl<M: Material> Default for PatternMaterialPlugin<M> {
+    fn default() -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<M: Material> Plugin for PatternMaterialPlugin<M> {
+    fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<PatternShaderPlugin>() {
+            app.add_plugins(PatternShaderPlugin);
+        }
+        app.init_resource::<BufferGeneration>().add_systems(PostUpdate, touch_materials::<M>.before(AssetEventSystems));
+    }
+}
+
+/// The shaders that every pattern material shares.
+struct PatternShaderPlugin;
+
+impl Plugin for PatternShaderPlugin {
+    fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<WaveShaderPlugin>() {
+            app.add_plugins(WaveShaderPlugin);
+        }
+        load_shader_library!(app, "triangle_wave.wgsl");
+        load_shader_library!(app, "wave.wgsl");
+        load_shader_library!(app, "coverage.wgsl");
+        load_shader_library!(app, "pattern_corner.wgsl");
+        embedded_asset!(app, "pattern_vertex.wgsl");
+        embedded_asset!(app, "pattern_prepass_vertex.wgsl");
+    }
+}
+
+/// The vertex shader of pattern materials, for `vertex_shader()`: Bevy's own, plus (tag, triangle) at location 10 and two
+/// barycentrics at location 11.
+pub fn pattern_vertex_shader() -> ShaderRef {
+    embedded("pattern_vertex.wgsl")
+}
+
+/// The same for `prepass_vertex_shader()` and `deferred_vertex_shader()`.
+pub fn pattern_prepass_vertex_shader() -> ShaderRef {
+    embedded("pattern_prepass_vertex.wgsl")
+}
+
+fn embedded(file: &str) -> ShaderRef {
+    AssetPath::from(format!("embedded://bevy_field_patterns/material/{file}")).into()
+}
+
+/// Marks all materials as modified in the two frames after a buffer was replaced.
+fn touch_materials<M: Material>(
+    generation: Res<BufferGeneration>,
+    mut seen: Local<u32>,
+    mut frames: Local<u32>,
+    mut materials: ResMut<Assets<M>>,
+) {
+    if *frames > 0 {
+        *frames -= 1;
+        // The iterator itself marks what it passes.
+        materials.iter_mut().for_each(drop);
+    }
+    if *seen != generation.0 {
+        *seen = generation.0;
+        *frames = 2;
+    }
+}

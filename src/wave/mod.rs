@@ -19,6 +19,8 @@ mod patterns;
 mod plan;
 mod quality;
 mod render;
+pub mod shade;
+mod shaders;
 pub mod solver;
 mod state;
 
@@ -26,6 +28,7 @@ pub use arena::{PatternArena, PatternMemory};
 pub use patterns::Pattern;
 pub use quality::{Quality, quality};
 pub use render::SolverCounters;
+pub(crate) use shaders::WaveShaderPlugin;
 pub use solver::SolverSettings;
 pub use state::*;
 
@@ -33,9 +36,7 @@ use crate::{
     field::{DirectionField, Frequency},
     surface::{PatternWeld, SurfaceCache, SurfaceGraph, update_surfaces, watch_meshes},
 };
-use bevy::{
-    asset::AssetEventSystems, prelude::*, render::storage::ShaderBuffer, shader::load_shader_library,
-};
+use bevy::{asset::AssetEventSystems, prelude::*, render::storage::ShaderBuffer};
 
 /// Solves waves for all entities with a [`DirectionField`].
 #[derive(Debug, Default, Clone, Copy)]
@@ -47,8 +48,9 @@ pub struct PatternSystems;
 
 impl Plugin for WavePlugin {
     fn build(&self, app: &mut App) {
-        load_shader_library!(app, "layout.wgsl");
-        load_shader_library!(app, "kite.wgsl");
+        if !app.is_plugin_added::<WaveShaderPlugin>() {
+            app.add_plugins(WaveShaderPlugin);
+        }
         app.init_asset::<SurfaceGraph>()
             .init_resource::<SurfaceCache>()
             .init_resource::<PatternWeld>()

@@ -10,7 +10,7 @@ use super::{
     plan::{Frame, Member, Work, plan},
     render::GpuStatus,
     solver::{ColdStart, SolverSettings},
-    state::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern},
+    state::{NeedsVector, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern},
 };
 use crate::{
     error::PatternError,
@@ -122,6 +122,7 @@ pub(crate) struct Patterned {
     space: Option<&'static PatternSpace>,
     transform: Option<&'static GlobalTransform>,
     tag: Option<&'static MeshTag>,
+    needs_vector: Option<&'static NeedsVector>,
     meshes: Option<&'static PatternMesh>,
     pattern: Option<&'static mut Pattern>,
     state: &'static mut PatternState,
@@ -206,6 +207,13 @@ enum Changed {
 }
 
 fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> Result<Changed, PatternError> {
+    let symmetry = item.symmetry.copied().unwrap_or_else(|| item.field.default_symmetry());
+    if let (Some(style), Symmetry::Line) = (item.needs_vector, symmetry) {
+        return Err(PatternError::NeedsVectorSymmetry(style.0));
+    }
+    // What a style refused starts anew once the style or the field allows it.
+    let refused = matches!(&*item.state, PatternState::Failed(PatternError::NeedsVectorSymmetry(_)));
+    let fresh = fresh || refused;
     let touched = item.mesh.is_changed() || item.field.is_changed() || item.frequency.is_changed();
     let own_mesh = item.meshes.is_some_and(|meshes| meshes.drawn == item.mesh.0);
     let source = match item.meshes {
@@ -230,7 +238,7 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
         _ => None,
     };
     let inputs = Inputs {
-        symmetry: item.symmetry.copied().unwrap_or_else(|| item.field.default_symmetry()),
+        symmetry,
         turn: item.turn.map_or(0.0, |turn| turn.0),
         linear,
     };

@@ -57,3 +57,8 @@ pub struct PatternMesh {
     /// The graph of the mesh.
     pub graph: Handle<crate::surface::SurfaceGraph>,
 }
+
+/// What of an entity's style means nothing on a line field; the material sets it, and such a pattern fails with
+/// [`PatternError::NeedsVectorSymmetry`]. Materials of your own may set it as well.
+#[derive(Component, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NeedsVector(pub &'static str);

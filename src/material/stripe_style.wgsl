@@ -1,0 +1,178 @@
+#define_import_path bevy_field_patterns::stripe_style
+
+// From a wave to what a stripe does with a pixel. `stripes.rs` explains the settings.
+//
+// turns      phase [periods]
+// coverage   share of the pixel that is stripe; its derivatives along the screen [1/pixel]
+// layer      colour over the base, premultiplied with its alpha
+// focus      1 where the style applies, 0 where not
+
+#import bevy_field_patterns::triangle_wave::Wave
+#import bevy_field_patterns::wave::footprint
+#import bevy_field_patterns::coverage::{Coverage, soft_width, pulse_coverage, sine_coverage, sawtooth_coverage}
+
+const TAU: f32 = 6.283185307179586;
+
+const PROFILE_SQUARE: u32 = 0u;
+const PROFILE_SINE: u32 = 1u;
+const PROFILE_RAMP: u32 = 2u;
+const PROFILE_SAWTOOTH: u32 = 3u;
+const PROFILE_PERIODIC: u32 = 4u;
+
+const FOCUS_SHAPE: u32 = 3u;
+const FOCUS_SPHERE: u32 = 1u;
+const FOCUS_INVERT: u32 = 4u;
+const FOCUS_CUTOUT: u32 = 8u;
+const FOCUS_COLOR: u32 = 16u;
+const FOCUS_WIDTH: u32 = 32u;
+
+struct Stripes {
+    color: vec4<f32>,
+    gap_color: vec4<f32>,
+    // Centre and radius, or normal and distance.
+    focus_region: vec4<f32>,
+    // Opacity over the base colour, emission, roughness, height of the bump.
+    drive: vec4<f32>,
+    duty: f32,
+    softness: f32,
+    phase_offset: f32,
+    phase_speed: f32,
+    focus_border: f32,
+    focus_flags: u32,
+    profile: u32,
+    debug: u32,
+}
+
+@group(#{MATERIAL_BIND_GROUP}) @binding(103) var<uniform> stripes: Stripes;
+@group(#{MATERIAL_BIND_GROUP}) @binding(104) var profile_image: texture_2d<f32>;
+@group(#{MATERIAL_BIND_GROUP}) @binding(105) var profile_sampler: sampler;
+
+struct Stripe {
+    layer: vec4<f32>,
+    coverage: f32,
+    // Of the height that a bump has, 0 to 1 [1/pixel].
+    slope: vec2<f32>,
+    // Share of the pixel that a cut-out leaves.
+    solid: f32,
+    // How much of a period a pixel covers.
+    periods: f32,
+    focus: f32,
+}
+
+fn focus_weight(position: vec3<f32>) -> f32 {
+    let shape = stripes.focus_flags & FOCUS_SHAPE;
+    if shape == 0u {
+        return 1.0;
+    }
+    let region = stripes.focus_region;
+    let depth = select(
+        dot(region.xyz, position) - region.w,
+        region.w - distance(region.xyz, position),
+        shape == FOCUS_SPHERE,
+    );
+    let inside = smoothstep(0.0, 1.0, depth / stripes.focus_border + 0.5);
+    return select(inside, 1.0 - inside, (stripes.focus_flags & FOCUS_INVERT) != 0u);
+}
+
+fn limited(focus: f32, what: u32) -> f32 {
+    return select(1.0, focus, (stripes.focus_flags & what) != 0u);
+}
+
+// Profiles that need the phase itself are square on a line field.
+fn profile_of(wave: Wave) -> u32 {
+    let needs_phase = stripes.profile == PROFILE_SAWTOOTH || stripes.profile == PROFILE_PERIODIC;
+    return select(stripes.profile, PROFILE_SQUARE, needs_phase && !wave.vector);
+}
+
+// The phase, travelling in time where it is defined. [periods]
+fn turns_of(wave: Wave, time: f32) -> f32 {
+    let turns = atan2(wave.phasor.y, wave.phasor.x) / TAU;
+    return select(turns, turns + fract(stripes.phase_offset - fract(stripes.phase_speed * time)), wave.vector);
+}
+
+fn profile_coverage(profile: u32, turns: f32, duty: f32, width: f32) -> Coverage {
+    let crest = turns - 0.25;
+    switch profile {
+        case PROFILE_SINE, PROFILE_RAMP: { return sine_coverage(crest, width); }
+        case PROFILE_SAWTOOTH, PROFILE_PERIODIC: { return sawtooth_coverage(crest, width); }
+        default: { return pulse_coverage(crest, duty, soft_width(stripes.softness, duty, width)); }
+    }
+}
+
+fn mean_coverage(profile: u32, duty: f32) -> f32 {
+    return select(0.5, duty, profile == PROFILE_SQUARE);
+}
+
+#ifdef STRIPES_IMAGE
+// The image through the pixel: the mean of equal steps over the footprint, over one period at most, where equal steps
+// give the mean of the image.
+fn image_color(profile: u32, turns: f32, width: f32) -> vec4<f32> {
+    let steps = select(16, 4, width < 0.1);
+    var sum = vec4(0.0);
+    for (var k = 0; k < steps; k++) {
+        let t = turns + min(width, 1.0) * ((f32(k) + 0.5) / f32(steps) - 0.5);
+        let u = select(t, 0.5 + 0.5 * sin(TAU * t), profile == PROFILE_RAMP);
+        let texel = textureSampleLevel(profile_image, profile_sampler, vec2(u, 0.5), 0.0);
+        sum += vec4(texel.rgb * texel.a, texel.a);
+    }
+    return sum / f32(steps) * vec4(stripes.color.rgb, 1.0) * stripes.color.a;
+}
+#endif
+
+fn premultiplied(color: vec4<f32>) -> vec4<f32> {
+    return vec4(color.rgb * color.a, color.a);
+}
+
+fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
+    var out: Stripe;
+    out.focus = focus_weight(world_position);
+    let profile = profile_of(wave);
+    let turns = turns_of(wave, time);
+    let width = footprint(wave);
+    let duty = stripes.duty * limited(out.focus, FOCUS_WIDTH);
+    // Near a branch the phase means nothing: fade to the mean.
+    let certain = smoothstep(0.05, 0.25, wave.confidence);
+
+    let sharp = profile_coverage(profile, turns, duty, width);
+    out.periods = width;
+    out.coverage = mix(mean_coverage(profile, duty), sharp.value, certain);
+    out.solid = sharp.value;
+    out.layer = mix(premultiplied(stripes.gap_color), premultiplied(stripes.color), out.coverage);
+#ifdef STRIPES_IMAGE
+    if profile == stripes.profile {
+        let image = image_color(profile, turns, mix(1.0, width, certain));
+        out.solid = image.a;
+        out.coverage = image.a;
+        out.layer = premultiplied(stripes.gap_color) * (1.0 - image.a) + image;
+    }
+#endif
+    out.solid = mix(1.0, out.solid, limited(out.focus, FOCUS_CUTOUT));
+
+    // A bump needs a slope to be seen: its edges are bevelled, however sharp the colours are.
+    let bevelled = profile_coverage(profile, turns, duty, max(width, 0.25 * min(duty, 1.0 - duty)));
+    out.slope = bevelled.slope * certain * wave.per_pixel;
+    return out;
+}
+
+// What a cut-out keeps: the stripe. Where a pixel covers much of a period, an ordered dither keeps as many pixels as the
+// stripe covers, so that holes too fine to be seen neither close nor open together.
+fn is_hole(stripe: Stripe, frag_coord: vec4<f32>, cutoff: f32) -> bool {
+    let noise = fract(52.9829189 * fract(dot(floor(frag_coord.xy), vec2(0.06711056, 0.00583715))));
+    let threshold = mix(cutoff, clamp(noise, 0.01, 0.99), smoothstep(0.25, 0.75, stripe.periods));
+    return stripe.solid < threshold;
+}
+
+// The normal of a surface raised by a height (Mikkelsen 2010), from derivatives along the screen.
+fn bumped_normal(
+    normal: vec3<f32>,
+    position_dx: vec3<f32>,
+    position_dy: vec3<f32>,
+    height_slope: vec2<f32>,
+) -> vec3<f32> {
+    let r1 = cross(position_dy, normal);
+    let r2 = cross(normal, position_dx);
+    let area = dot(position_dx, r1);
+    let tilt = sign(area) * (height_slope.x * r1 + height_slope.y * r2);
+    let bent = abs(area) * normal - tilt;
+    return select(normal, normalize(bent), dot(bent, bent) > 0.0);
+}

@@ -1,0 +1,195 @@
+//! Patterns made by hand: surfaces with a field and phases, written into the shared buffers.
+
+use bevy::{
+    asset::RenderAssetUsages,
+    mesh::PrimitiveTopology,
+    prelude::*,
+    render::storage::ShaderBuffer,
+};
+use bevy_field_patterns::{
+    field::Symmetry,
+    wave::{
+        kite::{cmul, edge_phase, phasor, reversed},
+        layout::{FLAG_READY, FLAG_VECTOR, GEOMETRY_BUFFER, PatternRecord, SURFACE_BUFFER, WAVE_BUFFER},
+        shade::PatternMemory,
+    },
+};
+use std::f32::consts::TAU;
+
+/// A surface with a wave on it, given per vertex.
+#[derive(Clone)]
+pub struct Pattern {
+    pub positions: Vec<Vec3>,
+    pub normals: Vec<Vec3>,
+    pub triangles: Vec<[u32; 3]>,
+    pub directions: Vec<Vec3>,
+    pub frequencies: Vec<f32>,
+    pub z: Vec<Vec2>,
+    pub symmetry: Symmetry,
+}
+
+impl Pattern {
+    /// A square of `size` in the plane z = 0 with `cells` squared cells, and exact phases of a constant field.
+    pub fn plane(size: f32, cells: u32, direction: Vec3, frequency: f32) -> Self {
+        let n = cells + 1;
+        let points = (0..n * n)
+            .map(|k| Vec3::new((k % n) as f32 / cells as f32 - 0.5, (k / n) as f32 / cells as f32 - 0.5, 0.0) * size);
+        let positions: Vec<Vec3> = points.collect();
+        let triangles = (0..cells * cells)
+            .flat_map(|k| {
+                let at = k / cells * n + k % cells;
+                [[at, at + 1, at + n], [at + 1, at + n + 1, at + n]]
+            })
+            .collect();
+        Self {
+            normals: vec![Vec3::Z; positions.len()],
+            directions: vec![direction; positions.len()],
+            frequencies: vec![frequency; positions.len()],
+            z: positions.iter().map(|p| phasor(frequency * p.dot(direction))).collect(),
+            positions,
+            triangles,
+            symmetry: Symmetry::Vector,
+        }
+    }
+
+    /// A torus of radii 1 and `minor`, jittered, with the field of an axis; `d` has random signs on a line field.
+    /// Phases are relaxed by some sweeps from a guess, which leaves branches.
+    pub fn torus(minor: f32, jitter: f32, axis: Vec3, frequency: f32, symmetry: Symmetry) -> Self {
+        let (rings, sides) = (96, 48);
+        let mut seed = 1_u32;
+        let mut random = move || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) as f32 / (1 << 24) as f32
+        };
+        let mut pattern = Self {
+            positions: vec![],
+            normals: vec![],
+            triangles: vec![],
+            directions: vec![],
+            frequencies: vec![],
+            z: vec![],
+            symmetry,
+        };
+        for i in 0..rings {
+            for j in 0..sides {
+                let u = (i as f32 + jitter * (random() - 0.5)) / rings as f32 * TAU;
+                let v = (j as f32 + jitter * (random() - 0.5)) / sides as f32 * TAU;
+                let radial = Vec3::new(u.cos(), 0.0, u.sin());
+                let normal = radial * v.cos() + Vec3::Y * v.sin();
+                let p = radial + minor * normal;
+                let d = axis.reject_from(normal).normalize_or(Vec3::X);
+                let turned = symmetry == Symmetry::Line && random() < 0.3;
+                let z = phasor(frequency * p.dot(axis));
+                pattern.positions.push(p);
+                pattern.normals.push(normal);
+                pattern.directions.push(if turned { -d } else { d });
+                pattern.frequencies.push(frequency);
+                pattern.z.push(if turned { reversed(z) } else { z });
+                let at = |i: u32, j: u32| (i % rings) * sides + j % sides;
+                pattern.triangles.push([at(i, j), at(i, j + 1), at(i + 1, j)]);
+                pattern.triangles.push([at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)]);
+            }
+        }
+        pattern.relax(30);
+        pattern
+    }
+
+    /// Sweeps of block descent: every phasor becomes the mean of what its neighbours predict.
+    fn relax(&mut self, sweeps: usize) {
+        let mut neighbors = vec![vec![]; self.positions.len()];
+        for t in &self.triangles {
+            for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                let (i, j) = (t[a] as usize, t[b] as usize);
+                neighbors[i].push(j);
+                neighbors[j].push(i);
+            }
+        }
+        for _ in 0..sweeps {
+            for (i, around) in neighbors.iter().enumerate() {
+                let sum: Vec2 = around.iter().map(|&j| self.prediction(i, j)).sum();
+                self.z[i] = sum.normalize_or(self.z[i]);
+            }
+        }
+    }
+
+    fn prediction(&self, i: usize, j: usize) -> Vec2 {
+        let e = self.positions[i] - self.positions[j];
+        let edge = edge_phase(e, self.directions[j], self.directions[i], self.symmetry);
+        let f = 0.5 * (self.frequencies[i] + self.frequencies[j]);
+        let z = edge.weight * cmul(self.z[j], phasor(f * edge.distance));
+        if edge.flip { reversed(z) } else { z }
+    }
+
+    fn corners<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        self.triangles.iter().flatten().map(|&v| values[v as usize]).collect()
+    }
+
+    /// The mesh drawn: without indices, in the order of the triangles.
+    pub fn mesh(&self) -> Mesh {
+        Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+            .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, self.corners(&self.positions))
+            .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, self.corners(&self.normals))
+    }
+}
+
+/// The contents of the shared buffers.
+#[derive(Default)]
+pub struct Memory {
+    surface: Vec<u32>,
+    geometry: Vec<Vec4>,
+    wave: Vec<Vec2>,
+}
+
+impl Memory {
+    pub fn new() -> Self {
+        Self { surface: vec![0; 16], ..default() }
+    }
+
+    /// Writes a pattern and returns its tag.
+    pub fn push(&mut self, pattern: &Pattern) -> u32 {
+        let count = pattern.positions.len() as u32;
+        let tag = self.surface.len() as u32;
+        let triangle_base = tag + 16;
+        let class_base = triangle_base + 3 * pattern.triangles.len() as u32;
+        let vector = if pattern.symmetry == Symmetry::Vector { FLAG_VECTOR } else { 0 };
+        let record = PatternRecord {
+            vertices: count,
+            triangles: pattern.triangles.len() as u32,
+            flags: FLAG_READY | vector,
+            triangle_base,
+            geometry_base: self.geometry.len() as u32,
+            field_base: self.wave.len() as u32,
+            phasor_base: self.wave.len() as u32 + 2 * count,
+            class_base,
+            colors: 3,
+            ..default()
+        };
+        self.surface.extend_from_slice(bytemuck::cast_slice(&[record]));
+        self.surface.extend(pattern.triangles.iter().flatten());
+        self.surface.extend([0, count / 3, 2 * count / 3, count]);
+        for v in 0..pattern.positions.len() {
+            self.geometry.extend([pattern.positions[v].extend(0.0), pattern.normals[v].extend(0.0)]);
+            let d = pattern.directions[v];
+            self.wave.extend([d.truncate(), Vec2::new(d.z, pattern.frequencies[v])]);
+        }
+        self.wave.extend(&pattern.z);
+        tag
+    }
+
+    pub fn view(&self) -> PatternMemory<'_> {
+        PatternMemory { surface: &self.surface, geometry: &self.geometry, wave: &self.wave }
+    }
+
+    /// Sends the contents to the GPU.
+    pub fn upload(&self, app: &mut App) {
+        let parts: [(Handle<ShaderBuffer>, &[u8]); 3] = [
+            (SURFACE_BUFFER, bytemuck::cast_slice(&self.surface)),
+            (GEOMETRY_BUFFER, bytemuck::cast_slice(&self.geometry)),
+            (WAVE_BUFFER, bytemuck::cast_slice(&self.wave)),
+        ];
+        for (handle, bytes) in parts {
+            let buffer = ShaderBuffer::new(bytes, RenderAssetUsages::default());
+            app.world_mut().resource_mut::<Assets<ShaderBuffer>>().insert(handle.id(), buffer).unwrap();
+        }
+    }
+}
