@@ -295,6 +295,8 @@ fn tolerance_welds_what_is_close() {
     let pair = [Vec3::ZERO, Vec3::new(0.25, 0.0, 0.0)];
     assert_eq!(weld(&pair, &within(0.25)).first.len(), 1);
     assert_eq!(weld(&pair, &within(0.249)).first.len(), 2);
+    let across_a_cube = [Vec3::ZERO, Vec3::splat(0.58)];
+    assert_eq!(weld(&across_a_cube, &within(1.0)).first.len(), 2);
     for tolerance in [f32::NAN, -1.0] {
         assert_eq!(weld(&pair, &within(tolerance)), weld(&pair, &EXACT));
     }
