@@ -51,7 +51,7 @@ pub enum PatternError {
         expected: &'static str,
     },
     /// A list of per-vertex values has the wrong length.
-    #[error("{what}: {found} values were given, but the surface has {expected} welded vertices")]
+    #[error("{what}: {found} values were given, but {expected} are needed, one per vertex of the mesh")]
     WrongLength {
         /// What the list is: "directions", "frequencies".
         what: &'static str,
