@@ -1,22 +1,15 @@
 // The edge pass: from directions and frequencies to the constants of every edge (Eq. 3); once per change of an input.
 // Glossary in `passes.wgsl`.
 
-#import bevy_field_patterns::layout::FLAG_VECTOR
+#import bevy_field_patterns::layout::{FLAG_VECTOR, LevelRecord}
 #import bevy_field_patterns::kite::{aligned_distance, phasor}
-#import bevy_field_patterns::passes::{surface, geometry, wave, edges, balance, load_item, load_level, with_flip}
+#import bevy_field_patterns::passes::{surface, geometry, wave, edges, balance, load_item, load_level, with_flip, WORKGROUP}
 
 // w e^{i phase} and flip of every directed edge into a vertex, and 1 / sum of weights.
-@compute @workgroup_size(64)
-fn edge_weights(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let item = load_item(group);
-    let i = item.z + local;
-    if i >= item.w {
-        return;
-    }
-    let level = load_level(item.x, 0u);
-    let vector = (surface[item.x + 2u] & FLAG_VECTOR) != 0u;
-    let geometry_base = surface[item.x + 5u];
-    let field_base = surface[item.x + 6u];
+fn weigh_vertex(record: u32, level: LevelRecord, i: u32) {
+    let vector = (surface[record + 2u] & FLAG_VECTOR) != 0u;
+    let geometry_base = surface[record + 5u];
+    let field_base = surface[record + 6u];
     let v_i = geometry[geometry_base + 2u * i].xyz;
     let d_i = vec3(wave[field_base + 2u * i], wave[field_base + 2u * i + 1u].x);
     let f_i = wave[field_base + 2u * i + 1u].y;
@@ -35,4 +28,13 @@ fn edge_weights(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         sum += weight;
     }
     balance[level.balance_base + i] = select(0.0, 1.0 / sum, sum > 0.0);
+}
+
+@compute @workgroup_size(64)
+fn edge_weights(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let item = load_item(group);
+    let level = load_level(item.x, 0u);
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
+        weigh_vertex(item.x, level, i);
+    }
 }

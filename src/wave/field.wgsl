@@ -2,7 +2,7 @@
 // Glossary in `passes.wgsl`.
 
 #import bevy_field_patterns::layout::{FLAG_VECTOR, FLAG_FOLLOW}
-#import bevy_field_patterns::passes::{surface, geometry, wave, load_item}
+#import bevy_field_patterns::passes::{surface, geometry, wave, load_item, WORKGROUP}
 
 // A projected length below which a direction says nothing.
 const VANISHING: f32 = 1e-6;
@@ -24,14 +24,7 @@ fn turn_tangent(d: vec3<f32>, n: vec3<f32>, angle: f32) -> vec3<f32> {
     return cos(angle) * d + sin(angle) * cross(n, d);
 }
 
-@compute @workgroup_size(64)
-fn project_axis(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let item = load_item(group);
-    let i = item.z + local;
-    if i >= item.w {
-        return;
-    }
-    let record = item.x;
+fn project_vertex(record: u32, i: u32) {
     let flags = surface[record + 2u];
     let n = geometry[surface[record + 5u] + 2u * i + 1u].xyz;
     let frequency = bitcast<f32>(surface[record + 10u]);
@@ -51,4 +44,12 @@ fn project_axis(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     }
     wave[field] = d.xy;
     wave[field + 1u] = vec2(d.z, frequency);
+}
+
+@compute @workgroup_size(64)
+fn project_axis(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let item = load_item(group);
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
+        project_vertex(item.x, i);
+    }
 }

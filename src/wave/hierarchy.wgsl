@@ -5,7 +5,7 @@
 #import bevy_field_patterns::kite::cmul
 #import bevy_field_patterns::passes::{
     step, surface, wave, edges, TURN, load_item, load_level, load_pair, find, conj, normalize_or, relax, sigma_of,
-    store_sigma,
+    store_sigma, WORKGROUP,
 }
 
 fn align_node(level: LevelRecord, index: u32, i: u32) {
@@ -28,8 +28,7 @@ fn align_node(level: LevelRecord, index: u32, i: u32) {
 @compute @workgroup_size(64)
 fn align(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let i = item.z + local;
-    if i < item.w {
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
         align_node(load_level(item.x, item.y), item.y, i);
     }
 }
@@ -75,8 +74,7 @@ fn coarsen_node(level: LevelRecord, index: u32, coarse: LevelRecord, p: u32) {
 @compute @workgroup_size(64)
 fn coarsen(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let p = item.z + local;
-    if p < item.w {
+    for (var p = item.z + local; p < item.w; p += WORKGROUP) {
         coarsen_node(load_level(item.x, item.y), item.y, load_level(item.x, item.y + 1u), p);
     }
 }
@@ -90,8 +88,7 @@ fn prolong_node(level: LevelRecord, coarse: LevelRecord, i: u32) {
 @compute @workgroup_size(64)
 fn prolong(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let i = item.z + local;
-    if i < item.w {
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
         prolong_node(load_level(item.x, item.y), load_level(item.x, item.y + 1u), i);
     }
 }
@@ -111,8 +108,7 @@ fn sweep_node(level: LevelRecord, i: u32, omega: f32) {
 @compute @workgroup_size(64)
 fn sweep_coarse(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let i = item.z + local;
-    if i < item.w {
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
         sweep_node(load_level(item.x, item.y), i, step.omega);
     }
 }
@@ -121,8 +117,7 @@ fn sweep_coarse(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
 @compute @workgroup_size(64)
 fn start_top(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let i = item.z + local;
-    if i < item.w {
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
         wave[load_level(item.x, item.y).node_base + i] = vec2(1.0, 0.0);
     }
 }

@@ -4,11 +4,11 @@
 // off      w (1 - cos r) of a directed edge = |w z_i - seen|^2 / 2w, without cancellation
 // branch   a triangle around which the phase winds
 
-#import bevy_field_patterns::layout::{FLAG_VECTOR, RECORD_WORDS}
+#import bevy_field_patterns::layout::{FLAG_VECTOR, LevelRecord}
 #import bevy_field_patterns::kite::{TAU, aligned_distance, reversed}
 #import bevy_field_patterns::passes::{
-    step, items, surface, geometry, wave, edges, balance, load_item, normalize_or, seen_fine, state_base,
-    STATE_OFF, STATE_WEIGHT, STATE_BRANCHES, STATE_BEFORE, STATE_DONE, STATE_SWEEPS, STATE_WORDS,
+    step, items, surface, geometry, wave, edges, balance, load_item, load_level, normalize_or, seen_fine, state_base,
+    STATE_OFF, STATE_WEIGHT, STATE_BRANCHES, STATE_BEFORE, STATE_DONE, STATE_SWEEPS, STATE_WORDS, WORKGROUP,
 }
 
 var<workgroup> sums: array<vec2<f32>, 64>;
@@ -26,30 +26,36 @@ fn workgroup_sum(value: vec2<f32>, local: u32) -> vec2<f32> {
     return sums[0];
 }
 
-// Per item of 64 vertices: its sums of off and of w.
+// Sums of off and of w over the edges into vertex i; `at` is the mesh's level record.
+fn vertex_energy(at: LevelRecord, i: u32) -> vec2<f32> {
+    let one = vec2(1.0, 0.0);
+    let z = normalize_or(wave[at.node_base + i], one);
+    var sum = vec2(0.0);
+    let end = surface[at.offset_base + i + 1u];
+    for (var k = surface[at.offset_base + i]; k < end; k++) {
+        let source = wave[at.node_base + surface[at.neighbor_base + k]];
+        let seen = seen_fine(edges[at.edge_base + k], normalize_or(source, one));
+        let w = length(seen);
+        if w > 0.0 {
+            let r = w * z - seen;
+            sum += vec2(dot(r, r) / (2.0 * w), w);
+        }
+    }
+    return sum;
+}
+
+// Per item (record, partial, first vertex, end): its sums of off and of w.
 @compute @workgroup_size(64)
 fn energy_partial(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let i = item.z + local;
+    let level = load_level(item.x, 0u);
     var sum = vec2(0.0);
-    if i < item.w {
-        let at = item.x + RECORD_WORDS;
-        let one = vec2(1.0, 0.0);
-        let z = normalize_or(wave[surface[at + 6u] + i], one);
-        let end = surface[surface[at + 1u] + i + 1u];
-        for (var k = surface[surface[at + 1u] + i]; k < end; k++) {
-            let source = wave[surface[at + 6u] + surface[surface[at + 2u] + k]];
-            let seen = seen_fine(edges[surface[at + 7u] + k], normalize_or(source, one));
-            let w = length(seen);
-            if w > 0.0 {
-                let r = w * z - seen;
-                sum += vec2(dot(r, r) / (2.0 * w), w);
-            }
-        }
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
+        sum += vertex_energy(level, i);
     }
     sum = workgroup_sum(sum, local);
     if local == 0u && item.z < item.w {
-        let partial = state_base(item.x) + STATE_WORDS + item.z / 32u;
+        let partial = state_base(item.x) + STATE_WORDS + 2u * item.y;
         balance[partial] = sum.x;
         balance[partial + 1u] = sum.y;
     }
@@ -132,10 +138,9 @@ fn winding(record: u32, t: u32) -> f32 {
 @compute @workgroup_size(64)
 fn branches_partial(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let t = item.z + local;
     var count = 0.0;
-    if t < item.w {
-        count = select(0.0, 1.0, winding(item.x, t) > 0.5);
+    for (var t = item.z + local; t < item.w; t += WORKGROUP) {
+        count += select(0.0, 1.0, winding(item.x, t) > 0.5);
     }
     let sum = workgroup_sum(vec2(count, 0.0), local);
     if local == 0u && item.z < item.w {

@@ -12,7 +12,7 @@ pub(crate) const RECORD_WORDS: u32 = (size_of::<PatternRecord>() / 4) as u32;
 pub(crate) const LEVEL_WORDS: u32 = (size_of::<LevelRecord>() / 4) as u32;
 /// As `STATE_WORDS` of `passes.wgsl`.
 const STATE_WORDS: u32 = 8;
-/// Nodes or triangles of one item of work.
+/// Nodes or triangles of the smallest item of work: the threads of a workgroup.
 pub(crate) const ITEM: u32 = 64;
 
 /// A graph in the shared buffers; shared by all entities with the same mesh.

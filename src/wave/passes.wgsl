@@ -7,7 +7,8 @@
 // E        w e^{i phase} of a directed edge, from its source j to its target i               [complex]
 // A, B     weights of a coarse edge: the target sees A y + B conj(y)                         [complex]
 // sigma    +1 or -1: a child turns by y or by conj(y)
-// item     (record, level, first node, end node): the work of one workgroup
+// item     (record, level, first node, end node): the work of one workgroup; in sums over the mesh the second is the
+//          number of the partial sum
 //
 // One dispatch serves the nodes of many entities; `items` says which. Nodes of one dispatch are never neighbours where
 // it matters (sweeps go colour class by colour class).
@@ -21,6 +22,9 @@ const SOFT: u32 = 2u;
 
 // Below this a phasor says nothing.
 const NOTHING: f32 = 1e-14;
+
+// Threads of a workgroup; an item may have more nodes than that.
+const WORKGROUP: u32 = 64u;
 
 struct Step {
     // Items of this dispatch: items[first_item .. first_item + item_count].

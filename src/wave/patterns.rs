@@ -177,7 +177,7 @@ pub(crate) fn update_patterns(
             let drawn = patterns.iter().filter_map(|item| item.pattern.filter(|pattern| pattern.is_drawn()));
             work.reported = drawn.map(Pattern::member).collect();
         }
-        plan(&work, &tools.settings, &mut outbox.0);
+        plan(&work, &tools.settings, status.item(), &mut outbox.0);
     }
     outbox.0.uploads.extend(tools.arena.take_uploads());
     outbox.0.capacities = Pool::ALL.map(|pool| tools.arena.capacity(pool));

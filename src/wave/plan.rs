@@ -4,7 +4,7 @@
 
 use super::{
     arena::Upload,
-    pack::{ITEM, PackedGraph},
+    pack::PackedGraph,
     solver::{ColdStart, SolverSettings},
 };
 use bytemuck::{Pod, Zeroable};
@@ -200,9 +200,9 @@ impl Work {
     }
 }
 
-/// The dispatches of a frame.
-pub(crate) fn plan(work: &Work, settings: &SolverSettings, frame: &mut Frame) {
-    let mut planner = Planner { frame, settings };
+/// The dispatches of a frame. `item`: nodes of one item of work, a multiple of 64.
+pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mut Frame) {
+    let mut planner = Planner { frame, settings, item };
     planner.pass_over_vertices(Pass::ProjectAxis, &work.axis);
     planner.pass_over_vertices(Pass::EdgeWeights, &work.changed);
     match &settings.cold_start {
@@ -216,13 +216,14 @@ pub(crate) fn plan(work: &Work, settings: &SolverSettings, frame: &mut Frame) {
 struct Planner<'a> {
     frame: &'a mut Frame,
     settings: &'a SolverSettings,
+    item: u32,
 }
 
 impl Planner<'_> {
     /// Cuts nodes `first..end` of a record's level into items of work.
     fn push_items(&mut self, record: u32, level: usize, first: u32, end: u32) {
-        let items = (first..end).step_by(ITEM as usize);
-        self.frame.items.extend(items.map(|at| [record, level as u32, at, end.min(at + ITEM)]));
+        let items = (first..end).step_by(self.item as usize);
+        self.frame.items.extend(items.map(|at| [record, level as u32, at, end.min(at + self.item)]));
     }
 
     /// The items that `push` appends.
@@ -328,10 +329,10 @@ impl Planner<'_> {
         let ColdStart::Local(rule) = &self.settings.cold_start else { return };
         let rule = rule.clone();
         let uniform = StepUniform { momentum: rule.momentum, epsilon: rule.epsilon, ..StepUniform::default() };
-        let vertices = self.level_items(cold, 0);
+        let vertices = self.partial_sums(cold, |member| member.graph.vertices);
         self.step(Pass::StartLocal, &vertices, uniform);
         let classes = self.class_items(cold.iter(), 0);
-        let partials = self.partial_items(cold, |member| member.graph.vertices.div_ceil(ITEM));
+        let partials = self.sums_of(cold, |member| member.graph.vertices);
         for n in 0..rule.max_sweeps {
             self.frame.sweeps += u32::from(!classes.is_empty());
             let skipped = if rule.skip_last_third && n % 2 == 1 { classes.len() / 3 } else { 0 };
@@ -346,10 +347,22 @@ impl Planner<'_> {
         }
     }
 
-    /// One item per member: its range of partial sums.
-    fn partial_items(&mut self, members: &[Member], partials: impl Fn(&Member) -> u32) -> Range<u32> {
+    /// Items (record, partial sum, first, end) over the vertices or triangles of each member.
+    fn partial_sums(&mut self, members: &[Member], len: impl Fn(&Member) -> u32) -> Range<u32> {
         self.items(|planner| {
-            planner.frame.items.extend(members.iter().map(|member| [member.record, 0, 0, partials(member)]));
+            for member in members {
+                let (end, size) = (len(member), planner.item);
+                let item = |n: u32| [member.record, n, n * size, end.min((n + 1) * size)];
+                planner.frame.items.extend((0..end.div_ceil(size)).map(item));
+            }
+        })
+    }
+
+    /// One item (record, _, 0, partial sums) per member.
+    fn sums_of(&mut self, members: &[Member], len: impl Fn(&Member) -> u32) -> Range<u32> {
+        let size = self.item;
+        self.items(|planner| {
+            planner.frame.items.extend(members.iter().map(|member| [member.record, 0, 0, len(member).div_ceil(size)]));
         })
     }
 
@@ -387,21 +400,14 @@ impl Planner<'_> {
             return;
         }
         let uniform = StepUniform::default();
-        let vertices = self.level_items(members, 0);
+        let vertices = self.partial_sums(members, |member| member.graph.vertices);
         self.step(Pass::EnergyPartial, &vertices, uniform);
-        let partials = self.partial_items(members, |member| member.graph.vertices.div_ceil(ITEM));
-        self.step(Pass::EnergyTotal, &partials, uniform);
-        let triangles = self.items(|planner| {
-            for member in members {
-                let items = (0..member.graph.triangles).step_by(ITEM as usize).enumerate();
-                let end = member.graph.triangles;
-                let item = |(n, at): (usize, u32)| [member.record, n as u32, at, end.min(at + ITEM)];
-                planner.frame.items.extend(items.map(item));
-            }
-        });
+        let sums = self.sums_of(members, |member| member.graph.vertices);
+        self.step(Pass::EnergyTotal, &sums, uniform);
+        let triangles = self.partial_sums(members, |member| member.graph.triangles);
         self.step(Pass::BranchesPartial, &triangles, uniform);
-        let partials = self.partial_items(members, |member| member.graph.triangles.div_ceil(ITEM));
-        self.step(Pass::BranchesTotal, &partials, uniform);
-        self.step(Pass::Report, &partials, uniform);
+        let sums = self.sums_of(members, |member| member.graph.triangles);
+        self.step(Pass::BranchesTotal, &sums, uniform);
+        self.step(Pass::Report, &sums, uniform);
     }
 }

@@ -4,6 +4,7 @@
 
 use super::{
     arena::Pool,
+    pack::ITEM,
     patterns::Outbox,
     plan::{Frame, Pass, Step, StepUniform},
 };
@@ -24,7 +25,7 @@ use bevy::{
                 storage_buffer_read_only_sized, storage_buffer_sized, uniform_buffer_sized,
             },
         },
-        renderer::{RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
+        renderer::{RenderAdapterInfo, RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
         storage::GpuShaderBuffer,
     },
 };
@@ -45,6 +46,7 @@ struct Status {
     ready: AtomicBool,
     reports: AtomicBool,
     generation: AtomicU32,
+    item: AtomicU32,
     error: RwLock<Option<PatternError>>,
 }
 
@@ -57,6 +59,11 @@ impl GpuStatus {
     /// Somebody reads diagnostics.
     pub(crate) fn reports(&self) -> bool {
         self.0.reports.load(Relaxed)
+    }
+
+    /// Nodes of one item of work. A processor that plays GPU spends more on starting a thread than on a node.
+    pub(crate) fn item(&self) -> u32 {
+        self.0.item.load(Relaxed).max(ITEM)
     }
 
     /// Counts the devices so far; what was on an earlier one is lost.
@@ -144,8 +151,10 @@ fn init_pipelines(
     assets: Res<AssetServer>,
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
+    adapter: Res<RenderAdapterInfo>,
     status: Res<GpuStatus>,
 ) {
+    status.0.item.store(if adapter.device_type == wgpu::DeviceType::Cpu { 8 * ITEM } else { ITEM }, Relaxed);
     status.0.generation.fetch_add(1, Relaxed);
     status.0.ready.store(false, Relaxed);
     if let Some(error) = missing_limit(&device) {

@@ -1,43 +1,33 @@
 // Sweeps over the vertices of the mesh: the coloured relaxation and the local rule. Glossary in `passes.wgsl`.
 
-#import bevy_field_patterns::layout::RECORD_WORDS
+#import bevy_field_patterns::layout::LevelRecord
 #import bevy_field_patterns::kite::phasor
 #import bevy_field_patterns::passes::{
-    step, surface, wave, edges, balance, STATE_DONE, load_item, seen_fine, relax, normalize_or, state_base
+    step, surface, wave, edges, balance, STATE_DONE, WORKGROUP, load_item, load_level, seen_fine, relax, normalize_or,
+    state_base,
+}
+
+// What vertex i sees in sum; `at` is the mesh's level record.
+fn seen_sum(at: LevelRecord, i: u32) -> vec2<f32> {
+    var t = vec2(0.0);
+    let end = surface[at.offset_base + i + 1u];
+    for (var k = surface[at.offset_base + i]; k < end; k++) {
+        t += seen_fine(edges[at.edge_base + k], wave[at.node_base + surface[at.neighbor_base + k]]);
+    }
+    return t;
 }
 
 // Sweep of one colour class of the mesh.
 @compute @workgroup_size(64)
 fn sweep_fine(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let i = item.z + local;
-    if i >= item.w {
-        return;
+    let level = load_level(item.x, 0u);
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
+        let t = seen_sum(level, i);
+        let weight = abs(balance[level.balance_base + i]);
+        let z = wave[level.node_base + i];
+        wave[level.node_base + i] = relax(z, t, weight, step.relaxation, step.omega, step.softness);
     }
-    let at = item.x + RECORD_WORDS;
-    let offset_base = surface[at + 1u];
-    let neighbor_base = surface[at + 2u];
-    let node_base = surface[at + 6u];
-    let edge_base = surface[at + 7u];
-    var t = vec2(0.0);
-    let end = surface[offset_base + i + 1u];
-    for (var k = surface[offset_base + i]; k < end; k++) {
-        t += seen_fine(edges[edge_base + k], wave[node_base + surface[neighbor_base + k]]);
-    }
-    let weight = abs(balance[surface[at + 8u] + i]);
-    let z = wave[node_base + i];
-    wave[node_base + i] = relax(z, t, weight, step.relaxation, step.omega, step.softness);
-}
-
-// What vertex i sees in sum.
-fn seen_sum(record: u32, i: u32) -> vec2<f32> {
-    let at = record + RECORD_WORDS;
-    var t = vec2(0.0);
-    let end = surface[surface[at + 1u] + i + 1u];
-    for (var k = surface[surface[at + 1u] + i]; k < end; k++) {
-        t += seen_fine(edges[surface[at + 7u] + k], wave[surface[at + 6u] + surface[surface[at + 2u] + k]]);
-    }
-    return t;
 }
 
 fn hash_turns(id: u32) -> f32 {
@@ -57,12 +47,11 @@ fn hash_turns(id: u32) -> f32 {
 @compute @workgroup_size(64)
 fn start_local(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let i = item.z + local;
-    if i < item.w {
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
         wave[surface[item.x + 7u] + i] = phasor(hash_turns(i));
         wave[surface[item.x + 15u] + i] = vec2(0.0);
     }
-    if i == 0u && item.w > 0u {
+    if item.z + local == 0u && item.w > 0u {
         for (var n = 0u; n < 8u; n++) {
             balance[state_base(item.x) + n] = 0.0;
         }
@@ -73,14 +62,15 @@ fn start_local(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
 @compute @workgroup_size(64)
 fn sweep_local(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let i = item.z + local;
-    if i >= item.w || balance[state_base(item.x) + STATE_DONE] > 0.0 {
+    if item.z >= item.w || balance[state_base(item.x) + STATE_DONE] > 0.0 {
         return;
     }
-    let t = seen_sum(item.x, i);
-    let z = surface[item.x + 7u] + i;
-    let delta = surface[item.x + 15u] + i;
-    let old = wave[z];
-    wave[z] = normalize_or(t + wave[delta], old);
-    wave[delta] = step.momentum * (t - old);
+    let level = load_level(item.x, 0u);
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
+        let t = seen_sum(level, i);
+        let delta = surface[item.x + 15u] + i;
+        let old = wave[level.node_base + i];
+        wave[level.node_base + i] = normalize_or(t + wave[delta], old);
+        wave[delta] = step.momentum * (t - old);
+    }
 }
