@@ -1,0 +1,14 @@
+//! What the examples share, so that each of them shows one use of the crate and little else:
+//! a command line ([`args`]), rendering without a window ([`headless`]), mesh files ([`mesh_file`]), a camera with
+//! lights ([`scene`]) and meshes made by formula ([`shapes`]).
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "each example compiles this module for itself and uses a part of it"
+)]
+
+pub mod args;
+pub mod headless;
+pub mod mesh_file;
+pub mod scene;
+pub mod shapes;
