@@ -9,7 +9,22 @@ use std::{
 };
 
 use bevy::{
-    asset::RecursiveDependencyLoadState, prelude::*, window::FileDragAndDrop, world_serialization::WorldAssetRoot,
+    animation::{AnimatedBy, AnimationPlayer, AnimationTargetId},
+    asset::RecursiveDependencyLoadState,
+    camera::{
+        primitives::Aabb,
+        visibility::{DynamicSkinnedMeshBounds, NoFrustumCulling},
+    },
+    gltf::{
+        GltfExtras, GltfMaterialExtras, GltfMaterialName, GltfMeshExtras, GltfMeshName, GltfSceneExtras, GltfSceneName,
+    },
+    mesh::{
+        morph::{MeshMorphWeights, MorphWeights},
+        skinning::SkinnedMesh,
+    },
+    prelude::*,
+    window::FileDragAndDrop,
+    world_serialization::WorldAssetRoot,
 };
 
 use crate::{
@@ -29,11 +44,50 @@ pub struct ModelPlugin {
 
 impl Plugin for ModelPlugin {
     fn build(&self, app: &mut App) {
+        register_scene_types(app);
         app.add_message::<Open>()
             .init_resource::<Notice>()
             .add_systems(Update, (take_dropped_files, open, watch_scene).chain());
         app.world_mut().write_message(self.open.clone());
     }
+}
+
+/// Bevy copies a glTF scene into the world by reflection and panics at a type that is not registered, which, without its
+/// feature `reflect_auto_register`, nobody else does.
+fn register_scene_types(app: &mut App) {
+    app.register_type::<Name>()
+        .register_type::<Children>()
+        .register_type::<ChildOf>()
+        .register_type::<Transform>()
+        .register_type::<GlobalTransform>()
+        .register_type::<TransformTreeChanged>()
+        .register_type::<Visibility>()
+        .register_type::<InheritedVisibility>()
+        .register_type::<ViewVisibility>()
+        .register_type::<Aabb>()
+        .register_type::<NoFrustumCulling>()
+        .register_type::<DynamicSkinnedMeshBounds>()
+        .register_type::<Mesh3d>()
+        .register_type::<MeshMaterial3d<StandardMaterial>>()
+        .register_type::<SkinnedMesh>()
+        .register_type::<MorphWeights>()
+        .register_type::<MeshMorphWeights>()
+        .register_type::<AnimationPlayer>()
+        .register_type::<AnimationTargetId>()
+        .register_type::<AnimatedBy>()
+        .register_type::<GltfExtras>()
+        .register_type::<GltfSceneExtras>()
+        .register_type::<GltfMeshExtras>()
+        .register_type::<GltfMaterialExtras>()
+        .register_type::<GltfSceneName>()
+        .register_type::<GltfMeshName>()
+        .register_type::<GltfMaterialName>()
+        .register_type::<DirectionalLight>()
+        .register_type::<PointLight>()
+        .register_type::<SpotLight>()
+        .register_type::<Camera>()
+        .register_type::<Camera3d>()
+        .register_type::<Projection>();
 }
 
 /// A request to show another model.
@@ -153,7 +207,8 @@ fn open(
 fn watch_scene(scene: Query<&WorldAssetRoot, With<Model>>, server: Res<AssetServer>, mut notice: ResMut<Notice>) {
     for root in &scene {
         if let Some(RecursiveDependencyLoadState::Failed(error)) = server.get_recursive_dependency_load_state(&root.0) {
-            let message = Some(error.to_string());
+            // Bevy may append a stack trace.
+            let message = error.to_string().lines().next().map(str::to_owned);
             if notice.0 != message {
                 notice.0 = message;
             }
