@@ -20,11 +20,24 @@ const FAILURE: u8 = 2;
 #[derive(Args, Clone, Debug)]
 pub struct OutputArgs {
     /// Draw one picture into this PNG file instead of opening a window
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = parse_png)]
     pub screenshot: Option<PathBuf>,
     /// Size of the picture or window in pixels
     #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = parse_size)]
     pub size: UVec2,
+}
+
+/// Refused before anything is drawn.
+fn parse_png(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_png = path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    if is_png {
+        Ok(path)
+    } else {
+        Err("the name of a picture must end in .png".into())
+    }
 }
 
 fn parse_size(text: &str) -> Result<UVec2, String> {

@@ -297,7 +297,10 @@ fn missing_asset(world: &mut World) -> Result<Option<String>, String> {
         // `None`: made in the program, not loaded from a file.
         match server.get_recursive_dependency_load_state(id) {
             None | Some(RecursiveDependencyLoadState::Loaded) => {}
-            Some(RecursiveDependencyLoadState::Failed(error)) => return Err(error.to_string()),
+            Some(RecursiveDependencyLoadState::Failed(error)) => {
+                // Bevy may append a stack trace.
+                return Err(error.to_string().lines().next().unwrap_or_default().to_owned());
+            }
             Some(_) => {
                 let path = server
                     .get_path(id)

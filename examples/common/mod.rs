@@ -8,7 +8,6 @@
 )]
 
 pub mod args;
-pub mod gpu;
 pub mod headless;
 pub mod mesh_file;
 pub mod scene;

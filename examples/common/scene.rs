@@ -1,7 +1,7 @@
 //! A studio: an orbiting camera and three lights that arrange themselves around what is to be seen.
 //!
 //! In: entities marked as [`Subject`], whose meshes (their own and their descendants') may arrive at any time. Out: a
-//! camera at a three-quarter view that just holds their bounding box, a key light with soft shadows, a cool fill light
+//! camera at a three-quarter view that just holds them, a key light with soft shadows, a cool fill light
 //! and a rim light. Left mouse button orbits, right button pans, wheel zooms.
 
 use bevy::{
@@ -9,6 +9,7 @@ use bevy::{
     core_pipeline::tonemapping::Tonemapping,
     light::{CascadeShadowConfig, CascadeShadowConfigBuilder, DirectionalLightShadowMap},
     math::bounding::{Aabb3d, BoundingVolume},
+    mesh::VertexAttributeValues,
     prelude::*,
     winit::WinitPlugin,
 };
@@ -17,8 +18,8 @@ use bevy_panorbit_camera::{PanOrbitCamera, PanOrbitCameraPlugin};
 /// From the subject towards the camera: from the front, a little from the right and from above.
 const VIEW: Vec3 = Vec3::new(0.5, 0.42, 1.0);
 
-/// Room between the subject and the edge of the picture, as a part of the subject.
-const MARGIN: f32 = 0.08;
+/// Room between the subject and the edge of the picture, as a part of half the picture.
+const MARGIN: f32 = 0.1;
 
 /// What the camera looks at: this entity's mesh and those of its descendants.
 #[derive(Component, Clone, Copy, Debug, Default)]
@@ -60,11 +61,11 @@ fn furnish(mut commands: Commands) {
         StudioCamera,
         Camera3d::default(),
         Msaa::Sample4,
-        Tonemapping::AgX,
+        Tonemapping::TonyMcMapface,
         Transform::from_translation(4.0 * VIEW).looking_at(Vec3::ZERO, Vec3::Y),
         AmbientLight {
             color: Color::srgb(0.90, 0.95, 1.0),
-            brightness: 350.0,
+            brightness: 250.0,
             ..default()
         },
     ));
@@ -97,7 +98,8 @@ fn frame_subjects(
     subjects: Query<Entity, With<Subject>>,
     children: Query<&Children>,
     parents: Query<&ChildOf>,
-    bounds: Query<(&Aabb, &GlobalTransform)>,
+    parts: Query<(&Aabb, &GlobalTransform, &Mesh3d)>,
+    meshes: Res<Assets<Mesh>>,
     camera: Single<(Entity, &mut Transform, &mut Projection), With<StudioCamera>>,
     mut commands: Commands,
 ) {
@@ -110,68 +112,76 @@ fn frame_subjects(
     if !arrived.iter().any(belongs) {
         return;
     }
-    let parts = subjects
+    let all = subjects
         .iter()
         .flat_map(|subject| [subject].into_iter().chain(children.iter_descendants(subject)));
-    let boxes = parts
-        .filter_map(|part| bounds.get(part).ok())
-        .map(|(aabb, transform)| world_box(aabb, transform));
-    let Some(all) = boxes.reduce(|a, b| a.merge(&b)) else {
-        return;
-    };
-
+    let outline: Vec<Vec3> = all
+        .filter_map(|part| parts.get(part).ok())
+        .flat_map(|(aabb, transform, mesh)| outline(aabb, transform, meshes.get(mesh)))
+        .collect();
     let (entity, mut transform, mut projection) = camera.into_inner();
     let Projection::Perspective(lens) = projection.as_mut() else {
         return;
     };
-    let stage = Stage {
-        centre: all.center().into(),
-        radius: Vec3::from(all.half_size()).length().max(f32::MIN_POSITIVE),
-    };
-    let distance = framing_distance(&all, lens);
-    (lens.near, lens.far) = (0.01 * stage.radius, 1000.0 * stage.radius);
-    *transform =
-        Transform::from_translation(stage.centre + distance * VIEW.normalize()).looking_at(stage.centre, Vec3::Y);
+    if outline.is_empty() {
+        return;
+    }
+    let bounds = Aabb3d::from_point_cloud(Isometry3d::IDENTITY, outline.iter().copied());
+    let centre = Vec3::from(bounds.center());
+    let radius = Vec3::from(bounds.half_size()).length().max(f32::MIN_POSITIVE);
+    let distance = framing_distance(&outline, centre, lens).max(f32::MIN_POSITIVE);
+    (lens.near, lens.far) = (0.01 * radius, 1000.0 * radius);
+    *transform = Transform::from_translation(centre + distance * VIEW.normalize()).looking_at(centre, Vec3::Y);
     let orbit = PanOrbitCamera {
-        focus: stage.centre,
-        zoom_lower_limit: 0.05 * stage.radius,
+        focus: centre,
+        zoom_lower_limit: 0.05 * radius,
         ..default()
     };
-    commands.entity(entity).insert((stage, orbit));
+    commands.entity(entity).insert((Stage { centre, radius }, orbit));
 }
 
-fn world_box(aabb: &Aabb, transform: &GlobalTransform) -> Aabb3d {
-    let linear = transform.affine().matrix3;
-    let half = linear.x_axis.abs() * aabb.half_extents.x
-        + linear.y_axis.abs() * aabb.half_extents.y
-        + linear.z_axis.abs() * aabb.half_extents.z;
-    Aabb3d::new(transform.transform_point(aabb.center.into()), half)
+/// The mesh's vertices in the world, or the corners of its box where they cannot be read.
+fn outline(aabb: &Aabb, transform: &GlobalTransform, mesh: Option<&Mesh>) -> Vec<Vec3> {
+    let positions = mesh
+        .and_then(|mesh| mesh.try_attribute(Mesh::ATTRIBUTE_POSITION).ok())
+        .and_then(VertexAttributeValues::as_float3);
+    let points = match positions {
+        Some(positions) => positions.iter().copied().map(Vec3::from_array).collect(),
+        None => (0..8_u8)
+            .map(|corner| {
+                let sign = |axis: u8| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+                Vec3::from(aabb.center) + Vec3::from(aabb.half_extents) * Vec3::new(sign(0), sign(1), sign(2))
+            })
+            .collect::<Vec<_>>(),
+    };
+    points
+        .into_iter()
+        .map(|point| transform.transform_point(point))
+        .collect()
 }
 
-/// The smallest distance from the box's centre, along [`VIEW`], from which the lens sees all eight corners.
-fn framing_distance(bounds: &Aabb3d, lens: &PerspectiveProjection) -> f32 {
+/// The smallest distance from `centre`, along [`VIEW`], from which the lens sees all points and a [`MARGIN`].
+fn framing_distance(points: &[Vec3], centre: Vec3, lens: &PerspectiveProjection) -> f32 {
     let to_camera = Transform::default().looking_to(-VIEW, Vec3::Y).rotation.inverse();
     let tan = (0.5 * lens.fov).tan() * Vec2::new(lens.aspect_ratio, 1.0);
-    let signs = [-1.0, 1.0];
-    let corners = signs
-        .iter()
-        .flat_map(|&x| signs.iter().flat_map(move |&y| signs.map(|z| Vec3::new(x, y, z))));
-    corners
-        .map(|sign| {
-            let corner = to_camera * (sign * Vec3::from(bounds.half_size()) * (1.0 + MARGIN));
-            corner.z + (corner.xy().abs() / tan).max_element()
-        })
-        .fold(f32::MIN_POSITIVE, f32::max)
+    let distances = points.iter().map(|&point| {
+        let point = to_camera * (point - centre);
+        point.z + (point.xy().abs() * (1.0 + MARGIN) / tan).max_element()
+    });
+    distances.fold(0.0, f32::max)
 }
 
 /// Spends the whole shadow map on the subjects, from wherever the camera looks.
 fn fit_shadows(
     camera: Single<(&Transform, &Stage), (With<StudioCamera>, Changed<Transform>)>,
-    mut shadows: Single<&mut CascadeShadowConfig, With<KeyLight>>,
+    key: Single<(&mut CascadeShadowConfig, &mut DirectionalLight), With<KeyLight>>,
 ) {
     let (transform, stage) = *camera;
     let distance = transform.translation.distance(stage.centre);
-    **shadows = CascadeShadowConfigBuilder {
+    let (mut shadows, mut light) = key.into_inner();
+    // Bevy's default is for subjects of some metres.
+    light.shadow_depth_bias = 0.005 * stage.radius;
+    *shadows = CascadeShadowConfigBuilder {
         num_cascades: 1,
         minimum_distance: (distance - 1.1 * stage.radius).max(0.01 * stage.radius),
         maximum_distance: distance + 1.1 * stage.radius,

@@ -63,7 +63,8 @@ fn icosahedron_faces(corners: &[Vec3]) -> Vec<[u32; 3]> {
 /// A torus about the z axis with `along` segments around the hole and `around` segments around the tube, 3 or more each.
 ///
 /// * `major`: radius of the tube's centre line; `minor`: radius of the tube.
-/// * `jitter`: each vertex moves on the torus by up to this part of a segment either way, 0 (regular) to 0.5.
+/// * `jitter`: each vertex moves on the torus by up to this part of a segment either way; 0 is regular, from 0.25 on
+///   triangles may turn over.
 pub fn torus(along: usize, around: usize, major: f32, minor: f32, jitter: f32, seed: u64) -> RawMesh {
     let mut random = Random(seed);
     let mut parameter = |i: usize, segments: usize| TAU * (i as f32 + jitter * random.signed()) / segments as f32;
@@ -83,7 +84,8 @@ pub fn torus(along: usize, around: usize, major: f32, minor: f32, jitter: f32, s
 
 /// The square [-1, 1]² at z = 0, facing +z, of `n`² cells with two triangles each.
 ///
-/// * `jitter`: each inner vertex moves in the plane by up to this part of a cell either way, 0 (regular) to below 0.5.
+/// * `jitter`: each inner vertex moves in the plane by up to this part of a cell either way; 0 is regular, from 0.25 on
+///   triangles may turn over.
 pub fn plane(n: usize, jitter: f32, seed: u64) -> RawMesh {
     let mut random = Random(seed);
     let cell = 2.0 / n as f32;
@@ -107,7 +109,7 @@ pub fn plane(n: usize, jitter: f32, seed: u64) -> RawMesh {
 }
 
 /// A trefoil: a smooth closed tube along the (2, 3) torus knot about the z axis, swelling and thinning three times,
-/// about 2.2 units wide, with `along` rings of `around` vertices.
+/// about 2.4 units wide, with `along` rings of `around` vertices.
 ///
 /// Rings lie at equal arc lengths; a rotation-minimising frame, its small total twist spread evenly, turns them, so that
 /// the tube closes without a seam.
@@ -116,7 +118,7 @@ pub fn knot(along: usize, around: usize) -> RawMesh {
     let frames = closed_frames(&centres);
     let mut positions = Vec::with_capacity(along * around);
     for (i, (&centre, [normal, binormal])) in centres.iter().zip(frames).enumerate() {
-        let radius = 0.235 + 0.055 * (3.0 * TAU * i as f32 / along as f32).cos();
+        let radius = 0.21 + 0.045 * (3.0 * TAU * i as f32 / along as f32).cos();
         for j in 0..around {
             let (sin, cos) = (TAU * j as f32 / around as f32).sin_cos();
             positions.push(centre + radius * (cos * normal + sin * binormal));
@@ -130,11 +132,11 @@ pub fn knot(along: usize, around: usize) -> RawMesh {
 
 /// The knot's centre line, t in [0, 2π].
 fn trefoil(t: f32) -> Vec3 {
-    let from_axis = 0.62 + 0.3 * (3.0 * t).cos();
+    let from_axis = 0.7 + 0.32 * (3.0 * t).cos();
     Vec3::new(
         from_axis * (2.0 * t).cos(),
         from_axis * (2.0 * t).sin(),
-        0.36 * (3.0 * t).sin(),
+        0.42 * (3.0 * t).sin(),
     )
 }
 
@@ -176,13 +178,12 @@ fn closed_frames(points: &[Vec3]) -> Vec<[Vec3; 2]> {
         let turned =
             Quat::from_axis_angle(tangent, -twist * i as f32 / n as f32) * normal.reject_from_normalized(tangent);
         let normal = turned.normalize();
-        [normal, tangent.cross(normal)]
+        [normal, normal.cross(tangent)]
     };
     normals.iter().enumerate().map(frame).collect()
 }
 
-/// The triangles of a grid that closes both ways; outside is on the right of the first direction and the left of the
-/// second, as on a torus.
+/// The triangles of a grid that closes both ways, facing along (first direction) × (second direction).
 fn closed_grid(along: usize, around: usize) -> Vec<[u32; 3]> {
     let vertex = |i: usize, j: usize| ((i % along) * around + j % around) as u32;
     let cells = (0..along).flat_map(|i| (0..around).map(move |j| (i, j)));

@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Runs every check of the project: formatting, lints, documentation, all tests, and the tests on a device with no more
+# than WebGPU's default limits. Stops at the first failure. Needs no GPU and no display.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source scripts/setup.sh
+
+heading() { printf '\n=== %s\n' "$*"; }
+
+heading "Formatting"
+cargo fmt --check
+
+# Naming an example makes cargo choose the features of Bevy that the lints above chose; `--lib` alone would compile
+# Bevy a third time.
+heading "Lints"
+cargo clippy --all-targets -- -D warnings
+
+heading "Documentation"
+RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --lib --example viewer
+
+heading "Tests"
+cargo test --all-targets
+
+heading "Examples in the documentation"
+cargo test --doc
+
+heading "Tests at WebGPU's default limits"
+WGPU_SETTINGS_PRIO=webgpu cargo test --test '*'
+
+heading "All checks passed"
