@@ -23,7 +23,7 @@ use bevy_field_patterns::{
         kite::reversed,
         layout::{BALANCE_BUFFER, WAVE_BUFFER},
         quality,
-        solver::{ColdStart, LocalRule, edges, follow_cpu, solve_cpu, sweep, Relaxation},
+        solver::{ColdStart, LocalRule, Relaxation, edges, follow_cpu, solve_cpu, sweep},
     },
 };
 use clap::{Parser, ValueEnum};
@@ -146,14 +146,20 @@ fn run(args: &Args) -> Result<Value, String> {
     let raw = mesh_file::read(&args.mesh).map_err(|error| error.to_string())?;
     let field = match &args.field {
         Field::Axis(axis) => DirectionField::Axis(Dir3::new(*axis).map_err(|error| error.to_string())?),
-        Field::Curvature => DirectionField::PrincipalCurvature { direction: Principal::Major, smoothing: 30 },
+        Field::Curvature => DirectionField::PrincipalCurvature {
+            direction: Principal::Major,
+            smoothing: 30,
+        },
         Field::File(path) => {
             let field = mesh_file::read_field(path, raw.positions.len()).map_err(|error| error.to_string())?;
             DirectionField::Tangents(field.into())
         }
     };
     if !args.frequency.is_finite() || args.frequency < 0.0 {
-        return Err(format!("the frequency {} is not a number of stripes per unit length, 0 or more", args.frequency));
+        return Err(format!(
+            "the frequency {} is not a number of stripes per unit length, 0 or more",
+            args.frequency
+        ));
     }
     if args.warm.is_some() && !matches!(args.field, Field::Axis(_)) {
         return Err("--warm turns an axis; use it with --field axis:X,Y,Z".into());
@@ -174,7 +180,13 @@ fn run(args: &Args) -> Result<Value, String> {
         SymmetryArg::Line => Symmetry::Line,
         SymmetryArg::Vector => Symmetry::Vector,
     };
-    let problem = Problem { raw, field, symmetry, frequency: args.frequency, settings };
+    let problem = Problem {
+        raw,
+        field,
+        symmetry,
+        frequency: args.frequency,
+        settings,
+    };
     match args.device {
         DeviceArg::Gpu => Gpu::new(&problem)?.report(args, &problem),
         DeviceArg::Cpu => on_cpu(args, &problem),
@@ -221,9 +233,20 @@ fn phasor_bytes(problem: &Problem, graph: &SurfaceGraph, wave: &Wave) -> Vec<u8>
     };
     let phasor = |(i, &v): (usize, &u32)| {
         let (z, d) = (wave.phasors[v as usize], wave.directions[v as usize]);
-        if given.is_some_and(|given| given[i].dot(d) < 0.0) { reversed(z) } else { z }
+        if given.is_some_and(|given| given[i].dot(d) < 0.0) {
+            reversed(z)
+        } else {
+            z
+        }
     };
-    graph.vertex_of.iter().enumerate().map(phasor).flat_map(|z| [z.x, z.y]).flat_map(f32::to_le_bytes).collect()
+    graph
+        .vertex_of
+        .iter()
+        .enumerate()
+        .map(phasor)
+        .flat_map(|z| [z.x, z.y])
+        .flat_map(f32::to_le_bytes)
+        .collect()
 }
 
 fn median(mut times: Vec<f64>) -> f64 {
@@ -278,9 +301,8 @@ fn on_cpu(args: &Args, problem: &Problem) -> Result<Value, String> {
     ComputeTaskPool::get_or_init(TaskPool::default);
     AsyncComputeTaskPool::get_or_init(TaskPool::default);
     let start = Instant::now();
-    let graph =
-        SurfaceGraph::from_triangles(&problem.raw.positions, &problem.raw.triangles, &WeldOptions::default())
-            .map_err(|error| error.to_string())?;
+    let graph = SurfaceGraph::from_triangles(&problem.raw.positions, &problem.raw.triangles, &WeldOptions::default())
+        .map_err(|error| error.to_string())?;
     let graph_ms = milliseconds(start);
     let mesh = mesh_file::to_bevy_mesh(&problem.raw);
     let start = Instant::now();
@@ -301,7 +323,10 @@ fn on_cpu(args: &Args, problem: &Problem) -> Result<Value, String> {
         let (constants, sums) = edges(&graph, &d, &f, problem.symmetry);
         edge_times.push(milliseconds(start));
         let mut z = solved.phasors.clone();
-        let soft = Relaxation::Soft { omega: problem.settings.omega, softness: problem.settings.softness };
+        let soft = Relaxation::Soft {
+            omega: problem.settings.omega,
+            softness: problem.settings.softness,
+        };
         let start = Instant::now();
         sweep(graph.mesh_level(), &constants, &sums, &mut z, soft);
         sweep_times.push(milliseconds(start));
@@ -310,8 +335,13 @@ fn on_cpu(args: &Args, problem: &Problem) -> Result<Value, String> {
         warm_times.push(milliseconds(start));
         solution = Some(solved);
     }
-    let Some(solution) = solution else { return Err("nothing was solved".into()) };
-    let wave = Wave { directions: d, phasors: solution.phasors };
+    let Some(solution) = solution else {
+        return Err("nothing was solved".into());
+    };
+    let wave = Wave {
+        directions: d,
+        phasors: solution.phasors,
+    };
     let mut figures = figures(args, problem, &graph, &wave, solution.sweeps)?;
     figures["adapter"] = json!(format!("CPU, {} threads", ComputeTaskPool::get().thread_num()));
     figures["device"] = json!("cpu");
@@ -322,7 +352,13 @@ fn on_cpu(args: &Args, problem: &Problem) -> Result<Value, String> {
         "warm3": median(warm_times.split_off(1)),
     });
     if let Some(frames) = args.warm {
-        let (mut motion, mut z) = (Motion { phases: vec![], energies: vec![] }, wave.phasors);
+        let (mut motion, mut z) = (
+            Motion {
+                phases: vec![],
+                energies: vec![],
+            },
+            wave.phasors,
+        );
         let mut last = wave.directions;
         for frame in 1..=frames {
             let mut d = field(&turned(&problem.field, args.turn * frame as f32))?;
@@ -330,7 +366,9 @@ fn on_cpu(args: &Args, problem: &Problem) -> Result<Value, String> {
                 bevy_field_patterns::field::align_to_previous(&mut d, &last);
             }
             follow_cpu(&graph, &d, &f, problem.symmetry, &problem.settings, &mut z);
-            motion.energies.push(quality(&graph, &d, &f, &z, problem.symmetry).energy);
+            motion
+                .energies
+                .push(quality(&graph, &d, &f, &z, problem.symmetry).energy);
             motion.phases.push(z.iter().map(|z| z.to_angle()).collect());
             last = d;
         }
@@ -356,13 +394,30 @@ impl Gpu {
         let graph_ms = milliseconds(start);
 
         let mut app = headless::headless_app(UVec2::splat(16))?;
-        app.add_plugins((FieldPatternsPlugin, RenderDiagnosticsPlugin)).insert_resource(problem.settings.clone());
-        let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh_file::to_bevy_mesh(&problem.raw));
-        let pattern = (problem.field.clone(), problem.symmetry, Frequency::Uniform(problem.frequency));
+        app.add_plugins((FieldPatternsPlugin, RenderDiagnosticsPlugin))
+            .insert_resource(problem.settings.clone());
+        let mesh = app
+            .world_mut()
+            .resource_mut::<Assets<Mesh>>()
+            .add(mesh_file::to_bevy_mesh(&problem.raw));
+        let pattern = (
+            problem.field.clone(),
+            problem.symmetry,
+            Frequency::Uniform(problem.frequency),
+        );
         // Pipelines first, so that the frame that solves is not the one that waits for them.
         headless::wait_until_ready(&mut app)?;
-        let entity = app.world_mut().spawn((Mesh3d(mesh), Transform::default(), pattern)).id();
-        let mut gpu = Self { app, entity, graph: Arc::default(), graph_ms, upload_ms: 0.0 };
+        let entity = app
+            .world_mut()
+            .spawn((Mesh3d(mesh), Transform::default(), pattern))
+            .id();
+        let mut gpu = Self {
+            app,
+            entity,
+            graph: Arc::default(),
+            graph_ms,
+            upload_ms: 0.0,
+        };
         let patience = Instant::now();
         loop {
             let start = Instant::now();
@@ -378,8 +433,14 @@ impl Gpu {
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
         let world = gpu.app.world();
-        let handle = world.get::<PatternMesh>(entity).map(|meshes| meshes.graph.clone()).unwrap_or_default();
-        let graph = world.resource::<Assets<SurfaceGraph>>().get(&handle).ok_or("the graph is gone")?;
+        let handle = world
+            .get::<PatternMesh>(entity)
+            .map(|meshes| meshes.graph.clone())
+            .unwrap_or_default();
+        let graph = world
+            .resource::<Assets<SurfaceGraph>>()
+            .get(&handle)
+            .ok_or("the graph is gone")?;
         gpu.graph = Arc::new(graph.clone());
         Ok(gpu)
     }
@@ -393,7 +454,11 @@ impl Gpu {
     }
 
     fn wave(&self) -> Result<Wave, String> {
-        let pattern = self.app.world().get::<Pattern>(self.entity).ok_or("the pattern is gone")?;
+        let pattern = self
+            .app
+            .world()
+            .get::<Pattern>(self.entity)
+            .ok_or("the pattern is gone")?;
         let vertices = self.graph.len() as u64;
         let record = pattern.record();
         let read = |first: u32, len: u64| gpu::read::<f32>(&self.app, &WAVE_BUFFER, 8 * u64::from(first), 8 * len);
@@ -429,12 +494,17 @@ impl Gpu {
         figures["bytes_per_vertex"] = json!(memory.used as f64 / self.graph.len() as f64);
         figures["bytes_allocated_per_vertex"] = json!(memory.allocated as f64 / self.graph.len() as f64);
         if let Some(frames) = args.warm {
-            let mut motion = Motion { phases: vec![], energies: vec![] };
+            let mut motion = Motion {
+                phases: vec![],
+                energies: vec![],
+            };
             for frame in 1..=frames {
                 self.follow(turned(&problem.field, args.turn * frame as f32))?;
                 let wave = self.wave()?;
                 let f = vec![problem.frequency; self.graph.len()];
-                motion.energies.push(quality(&self.graph, &wave.directions, &f, &wave.phasors, problem.symmetry).energy);
+                motion
+                    .energies
+                    .push(quality(&self.graph, &wave.directions, &f, &wave.phasors, problem.symmetry).energy);
                 motion.phases.push(wave.phasors.iter().map(|z| z.to_angle()).collect());
             }
             figures["warm"] = motion.figures(&self.graph.areas);
@@ -456,7 +526,11 @@ impl Gpu {
     }
 
     fn local_sweeps(&self) -> Result<u32, String> {
-        let pattern = self.app.world().get::<Pattern>(self.entity).ok_or("the pattern is gone")?;
+        let pattern = self
+            .app
+            .world()
+            .get::<Pattern>(self.entity)
+            .ok_or("the pattern is gone")?;
         // The sixth word of an entity's state counts the sweeps of the local rule.
         let offset = 4 * u64::from(pattern.record().state_base + 5);
         let words = gpu::read::<f32>(&self.app, &BALANCE_BUFFER, offset, 4)?;

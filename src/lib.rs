@@ -15,9 +15,7 @@ pub mod prelude {
         FieldPatternsPlugin,
         error::PatternError,
         field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
-        material::{
-            DebugStyle, Focus, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes,
-        },
+        material::{DebugStyle, Focus, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes},
         wave::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings},
     };
 }
@@ -28,6 +26,8 @@ pub struct FieldPatternsPlugin;
 
 impl PluginGroup for FieldPatternsPlugin {
     fn build(self) -> PluginGroupBuilder {
-        PluginGroupBuilder::start::<Self>().add(wave::WavePlugin).add(material::StripeMaterialPlugin)
+        PluginGroupBuilder::start::<Self>()
+            .add(wave::WavePlugin)
+            .add(material::StripeMaterialPlugin)
     }
 }

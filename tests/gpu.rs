@@ -15,14 +15,20 @@ use common::{add_mesh, app, app_with, graph, settle, shapes, update, wave};
 use std::sync::Arc;
 
 fn curvature() -> DirectionField {
-    DirectionField::PrincipalCurvature { direction: Principal::Major, smoothing: 10 }
+    DirectionField::PrincipalCurvature {
+        direction: Principal::Major,
+        smoothing: 10,
+    }
 }
 
 /// The largest distance between the phasors of the device and those of the twin, on the same directions.
 fn distance_to_twin(gpu: &SolverSettings, cpu: &SolverSettings, symmetry: Symmetry) -> f32 {
     let mut app = app_with(gpu.clone());
     let mesh = add_mesh(&mut app, &shapes::torus(70, 36, 1.0, 0.4, 0.25, 5));
-    let entity = app.world_mut().spawn((Mesh3d(mesh), curvature(), symmetry, Frequency::Uniform(6.0))).id();
+    let entity = app
+        .world_mut()
+        .spawn((Mesh3d(mesh), curvature(), symmetry, Frequency::Uniform(6.0)))
+        .id();
     settle(&mut app);
     let (d, f, z) = wave(&app, entity);
     let twin = solve_cpu(&graph(&app, entity), &d, &f, symmetry, cpu).phasors;
@@ -32,14 +38,47 @@ fn distance_to_twin(gpu: &SolverSettings, cpu: &SolverSettings, symmetry: Symmet
 #[test]
 fn every_pass_agrees_with_its_twin() {
     let hierarchy = |level_sweeps| ColdStart::Hierarchy { level_sweeps };
-    let none = SolverSettings { cold_start: hierarchy(0), soft_sweeps: 0, plain_sweeps: 0, ..default() };
-    let local = LocalRule { max_sweeps: 3, epsilon: 0.0, ..default() };
+    let none = SolverSettings {
+        cold_start: hierarchy(0),
+        soft_sweeps: 0,
+        plain_sweeps: 0,
+        ..default()
+    };
+    let local = LocalRule {
+        max_sweeps: 3,
+        epsilon: 0.0,
+        ..default()
+    };
     let cases = [
         ("edges, alignment, coarsening, rotation", none.clone()),
-        ("sweeps on the levels", SolverSettings { cold_start: hierarchy(2), ..none.clone() }),
-        ("soft sweeps", SolverSettings { soft_sweeps: 2, ..none.clone() }),
-        ("plain sweeps", SolverSettings { plain_sweeps: 2, ..none.clone() }),
-        ("local rule", SolverSettings { cold_start: ColdStart::Local(local), ..none.clone() }),
+        (
+            "sweeps on the levels",
+            SolverSettings {
+                cold_start: hierarchy(2),
+                ..none.clone()
+            },
+        ),
+        (
+            "soft sweeps",
+            SolverSettings {
+                soft_sweeps: 2,
+                ..none.clone()
+            },
+        ),
+        (
+            "plain sweeps",
+            SolverSettings {
+                plain_sweeps: 2,
+                ..none.clone()
+            },
+        ),
+        (
+            "local rule",
+            SolverSettings {
+                cold_start: ColdStart::Local(local),
+                ..none.clone()
+            },
+        ),
     ];
     for symmetry in [Symmetry::Line, Symmetry::Vector] {
         for (name, settings) in &cases {
@@ -48,7 +87,10 @@ fn every_pass_agrees_with_its_twin() {
         }
     }
     // The comparison can fail: one sweep more shows.
-    let more = SolverSettings { plain_sweeps: 3, ..none.clone() };
+    let more = SolverSettings {
+        plain_sweeps: 3,
+        ..none.clone()
+    };
     let distance = distance_to_twin(&cases[3].1, &more, Symmetry::Line);
     assert!(distance > 2e-2, "{distance}");
 }
@@ -58,18 +100,20 @@ fn axis_is_projected_on_the_device_as_by_the_twin() {
     let mut app = app();
     let mesh = add_mesh(&mut app, &shapes::icosphere(3, 1.0));
     let axis = Dir3::new(Vec3::new(0.2, 1.0, -0.3)).unwrap();
-    let spawn = (Mesh3d(mesh), DirectionField::Axis(axis), FieldTurn(0.4), Frequency::Uniform(3.0));
+    let spawn = (
+        Mesh3d(mesh),
+        DirectionField::Axis(axis),
+        FieldTurn(0.4),
+        Frequency::Uniform(3.0),
+    );
     let entity = app.world_mut().spawn(spawn).id();
     settle(&mut app);
     let graph = graph(&app, entity);
     let (d, f, _) = wave(&app, entity);
     assert!(f.iter().all(|&f| f == 3.0));
     for (d, &n) in d.iter().zip(&graph.normals) {
-        let twin = bevy_field_patterns::field::turn_tangent(
-            bevy_field_patterns::field::project_tangent(*axis, n),
-            n,
-            0.4,
-        );
+        let twin =
+            bevy_field_patterns::field::turn_tangent(bevy_field_patterns::field::project_tangent(*axis, n), n, 0.4);
         assert!(d.distance(twin) < 1e-5, "{d} {twin}");
     }
 }
@@ -79,9 +123,7 @@ fn axis_is_projected_on_the_device_as_by_the_twin() {
 fn a_turning_line_field_keeps_its_signs() {
     let mut app = app();
     let mesh = add_mesh(&mut app, &shapes::icosphere(4, 1.0));
-    let field = |frame: u32| {
-        DirectionField::Axis(Quat::from_rotation_z((frame as f32 * 6.0).to_radians()) * Dir3::Y)
-    };
+    let field = |frame: u32| DirectionField::Axis(Quat::from_rotation_z((frame as f32 * 6.0).to_radians()) * Dir3::Y);
     let spawn = (Mesh3d(mesh), field(0), Symmetry::Line, Frequency::Uniform(4.0));
     let entity = app.world_mut().spawn(spawn).id();
     settle(&mut app);
@@ -117,13 +159,18 @@ fn sleeps_when_nothing_changes_and_wakes_when_something_does() {
     app.world_mut().entity_mut(entity).insert(Frequency::Uniform(3.1));
     update(&mut app);
     assert!(dispatches(&app) > 0);
-    assert_eq!(app.world().resource::<SolverCounters>().sweeps(), SolverSettings::default().warm_sweeps);
+    assert_eq!(
+        app.world().resource::<SolverCounters>().sweeps(),
+        SolverSettings::default().warm_sweeps
+    );
     assert_eq!(app.world().get::<PatternState>(entity), Some(&PatternState::Solving));
     settle(&mut app);
     update(&mut app);
     assert_eq!(dispatches(&app), 0);
     // Writing the same value again is a change; that the material or the transform changes is none.
-    app.world_mut().entity_mut(entity).insert(Transform::from_xyz(1.0, 2.0, 3.0));
+    app.world_mut()
+        .entity_mut(entity)
+        .insert(Transform::from_xyz(1.0, 2.0, 3.0));
     update(&mut app);
     assert_eq!(dispatches(&app), 0);
 }
@@ -141,7 +188,8 @@ fn dispatches_do_not_grow_with_entities() {
     };
     let spawn = |app: &mut App| {
         let mesh = Mesh3d(mesh.clone());
-        app.world_mut().spawn((mesh, DirectionField::Axis(Dir3::Y), Frequency::Uniform(2.0)));
+        app.world_mut()
+            .spawn((mesh, DirectionField::Axis(Dir3::Y), Frequency::Uniform(2.0)));
     };
     let frame = |app: &mut App| {
         settle(app);
@@ -172,7 +220,11 @@ fn three_hundred_entities_come_and_go() {
         while alive.len() < 300 {
             let axis = Dir3::new(Vec3::new(next(9) as f32 - 4.0, 1.0, next(9) as f32 - 4.0)).unwrap();
             let mesh = Mesh3d(meshes[next(2)].clone());
-            alive.push(app.world_mut().spawn((mesh, DirectionField::Axis(axis), Frequency::Uniform(2.0))).id());
+            alive.push(
+                app.world_mut()
+                    .spawn((mesh, DirectionField::Axis(axis), Frequency::Uniform(2.0)))
+                    .id(),
+            );
         }
         settle(&mut app);
         // No two patterns share memory.
@@ -234,7 +286,11 @@ fn changed_positions_keep_the_graph_and_changed_indices_do_not() {
     let mut app = app();
     let raw = shapes::icosphere(3, 1.0);
     let mesh = add_mesh(&mut app, &raw);
-    let spawn = (Mesh3d(mesh.clone()), DirectionField::Axis(Dir3::Y), Frequency::Uniform(3.0));
+    let spawn = (
+        Mesh3d(mesh.clone()),
+        DirectionField::Axis(Dir3::Y),
+        Frequency::Uniform(3.0),
+    );
     let entity = app.world_mut().spawn(spawn).id();
     settle(&mut app);
     let before = graph(&app, entity);
@@ -254,7 +310,10 @@ fn changed_positions_keep_the_graph_and_changed_indices_do_not() {
     let after = graph(&app, entity);
     assert_eq!(before.levels, after.levels);
     assert!((after.positions[0].y - 2.0 * before.positions[0].y).abs() < 1e-6);
-    assert_eq!(app.world().get::<Pattern>(entity).unwrap().record().field_base, record.field_base);
+    assert_eq!(
+        app.world().get::<Pattern>(entity).unwrap().record().field_base,
+        record.field_base
+    );
     let (d, f, z) = wave(&app, entity);
     let q = quality(&after, &d, &f, &z, Symmetry::Vector);
     assert!(q.energy < 0.02, "{q:?}");
@@ -274,16 +333,25 @@ fn bad_input_is_an_error_on_the_entity_and_good_input_mends_it() {
     let mut app = app();
     let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
     let axis = DirectionField::Axis(Dir3::Y);
-    let entity = app.world_mut().spawn((Mesh3d(mesh.clone()), axis.clone(), Frequency::Uniform(-1.0))).id();
+    let entity = app
+        .world_mut()
+        .spawn((Mesh3d(mesh.clone()), axis.clone(), Frequency::Uniform(-1.0)))
+        .id();
     let short = DirectionField::Vertices(Arc::from(vec![Vec3::X; 3]));
-    let other = app.world_mut().spawn((Mesh3d(mesh.clone()), short, Frequency::Uniform(1.0))).id();
+    let other = app
+        .world_mut()
+        .spawn((Mesh3d(mesh.clone()), short, Frequency::Uniform(1.0)))
+        .id();
     let tagged = app.world_mut().spawn((Mesh3d(mesh), axis, bevy::mesh::MeshTag(7))).id();
     let points = Mesh::new(bevy::mesh::PrimitiveTopology::PointList, default());
     let points = app.world_mut().resource_mut::<Assets<Mesh>>().add(points);
     let points = app.world_mut().spawn((Mesh3d(points), DirectionField::default())).id();
     settle(&mut app);
     let state = |app: &App, entity| app.world().get::<PatternState>(entity).unwrap().clone();
-    assert_eq!(state(&app, entity), PatternState::Failed(PatternError::NegativeFrequency(-1.0)));
+    assert_eq!(
+        state(&app, entity),
+        PatternState::Failed(PatternError::NegativeFrequency(-1.0))
+    );
     let PatternState::Failed(PatternError::WrongLength { found: 3, .. }) = state(&app, other) else {
         panic!("{:?}", state(&app, other));
     };
@@ -293,7 +361,10 @@ fn bad_input_is_an_error_on_the_entity_and_good_input_mends_it() {
     };
     app.world_mut().entity_mut(entity).insert(Frequency::Uniform(f32::NAN));
     update(&mut app);
-    assert!(matches!(state(&app, entity), PatternState::Failed(PatternError::NotFinite { .. })));
+    assert!(matches!(
+        state(&app, entity),
+        PatternState::Failed(PatternError::NotFinite { .. })
+    ));
     app.world_mut().entity_mut(entity).insert(Frequency::Uniform(2.0));
     settle(&mut app);
     assert_eq!(state(&app, entity), PatternState::Converged);
@@ -303,7 +374,10 @@ fn bad_input_is_an_error_on_the_entity_and_good_input_mends_it() {
 fn removing_the_field_gives_the_mesh_back() {
     let mut app = app();
     let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
-    let entity = app.world_mut().spawn((Mesh3d(mesh.clone()), DirectionField::Axis(Dir3::Y))).id();
+    let entity = app
+        .world_mut()
+        .spawn((Mesh3d(mesh.clone()), DirectionField::Axis(Dir3::Y)))
+        .id();
     settle(&mut app);
     assert_ne!(app.world().get::<Mesh3d>(entity).unwrap().0, mesh);
     assert_eq!(app.world().get::<PatternMesh>(entity).unwrap().source, mesh);
@@ -332,5 +406,8 @@ fn world_space_counts_stripes_per_unit_of_the_world() {
     let (d, f, z) = wave(&app, entity);
     let in_world = quality(&scaled, &d, &f, &z, Symmetry::Vector);
     let in_mesh = quality(&graph(&app, entity), &d, &f, &z, Symmetry::Vector);
-    assert!(in_world.energy < 0.05 && in_mesh.energy > 3.0 * in_world.energy, "{in_world:?} {in_mesh:?}");
+    assert!(
+        in_world.energy < 0.05 && in_mesh.energy > 3.0 * in_world.energy,
+        "{in_world:?} {in_mesh:?}"
+    );
 }

@@ -26,7 +26,10 @@ fn field_of(graph: &SurfaceGraph, raw: &RawMesh, field: &DirectionField, symmetr
 }
 
 fn curvature() -> DirectionField {
-    DirectionField::PrincipalCurvature { direction: Principal::Major, smoothing: 30 }
+    DirectionField::PrincipalCurvature {
+        direction: Principal::Major,
+        smoothing: 30,
+    }
 }
 
 fn random_signs(n: usize) -> Vec<bool> {
@@ -38,7 +41,10 @@ fn kite_is_exact_for_radial_fields_and_reverses_exactly() {
     let mut worst: f32 = 0.0;
     for i in 0..10_000 {
         let unit = |k: u32| phasor(hash_turns(i * 4 + k));
-        let (a, b) = (unit(0) * (1.0 + hash_turns(i * 4 + 2)), unit(1) * (1.0 + hash_turns(i * 4 + 3)));
+        let (a, b) = (
+            unit(0) * (1.0 + hash_turns(i * 4 + 2)),
+            unit(1) * (1.0 + hash_turns(i * 4 + 3)),
+        );
         let (v_i, v_j) = (a.extend(0.0), b.extend(0.0));
         let (d_i, d_j) = (v_i.normalize(), v_j.normalize());
         let edge = edge_phase(v_i - v_j, d_j, d_i, Symmetry::Line);
@@ -47,7 +53,10 @@ fn kite_is_exact_for_radial_fields_and_reverses_exactly() {
         }
         let back = edge_phase(v_j - v_i, d_i, d_j, Symmetry::Line);
         let s = if edge.flip { 1.0 } else { -1.0 };
-        assert_eq!((back.distance, back.weight, back.flip), (s * edge.distance, edge.weight, edge.flip));
+        assert_eq!(
+            (back.distance, back.weight, back.flip),
+            (s * edge.distance, edge.weight, edge.flip)
+        );
         assert!(edge.distance.abs() <= 1.4143 * (v_i - v_j).length());
     }
     assert!(worst < 2e-6, "{worst}");
@@ -76,13 +85,18 @@ fn kite_survives_degenerate_directions() {
 fn plain_and_turning_sweeps_never_raise_the_energy() {
     let raw = shapes::torus(60, 30, 1.0, 0.4, 0.25, 1);
     let graph = graph_of(&raw);
-    for (symmetry, field) in
-        [(Symmetry::Line, curvature()), (Symmetry::Vector, DirectionField::Axis(Dir3::Y))]
-    {
+    for (symmetry, field) in [
+        (Symmetry::Line, curvature()),
+        (Symmetry::Vector, DirectionField::Axis(Dir3::Y)),
+    ] {
         let d = field_of(&graph, &raw, &field, symmetry);
         let f = vec![6.0; graph.len()];
         let (constants, sums) = edges(&graph, &d, &f, symmetry);
-        for relaxation in [Relaxation::Plain, Relaxation::Turn { omega: 1.6 }, Relaxation::Turn { omega: 0.5 }] {
+        for relaxation in [
+            Relaxation::Plain,
+            Relaxation::Turn { omega: 1.6 },
+            Relaxation::Turn { omega: 0.5 },
+        ] {
             let mut z: Vec<Vec2> = (0..graph.len() as u32).map(|i| phasor(hash_turns(i))).collect();
             let mut before = energy(graph.mesh_level(), &constants, &sums, &z);
             let start = before;
@@ -106,14 +120,24 @@ fn nothing_changes_when_lines_are_turned_round() {
     let signs = random_signs(graph.len());
     let turned: Vec<Vec3> = d.iter().zip(&signs).map(|(&d, &s)| if s { -d } else { d }).collect();
     // Ten sweeps: what is compared is the operator, not how rounding grows over many of them.
-    let settings = SolverSettings { soft_sweeps: 1, plain_sweeps: 1, ..default() };
+    let settings = SolverSettings {
+        soft_sweeps: 1,
+        plain_sweeps: 1,
+        ..default()
+    };
     let a = solve_cpu(&graph, &d, &f, Symmetry::Line, &settings).phasors;
     let b = solve_cpu(&graph, &turned, &f, Symmetry::Line, &settings).phasors;
-    let (qa, qb) =
-        (quality(&graph, &d, &f, &a, Symmetry::Line), quality(&graph, &turned, &f, &b, Symmetry::Line));
+    let (qa, qb) = (
+        quality(&graph, &d, &f, &a, Symmetry::Line),
+        quality(&graph, &turned, &f, &b, Symmetry::Line),
+    );
     // The phase of each component is free on the way (a root may be turned round), so compare gauge-free figures.
     assert!((qa.energy - qb.energy).abs() < 0.02 * qa.energy + 1e-6, "{qa:?} {qb:?}");
-    let same: Vec<Vec2> = a.iter().zip(&signs).map(|(&z, &s)| if s { reversed(z) } else { z }).collect();
+    let same: Vec<Vec2> = a
+        .iter()
+        .zip(&signs)
+        .map(|(&z, &s)| if s { reversed(z) } else { z })
+        .collect();
     let (ea, sums_a) = edges(&graph, &d, &f, Symmetry::Line);
     let (eb, sums_b) = edges(&graph, &turned, &f, Symmetry::Line);
     let (mut x, mut y) = (a.clone(), same);
@@ -174,7 +198,10 @@ fn sphere_and_torus_reach_their_numbers() {
         let z = solve_cpu(&graph, &d, &f, Symmetry::Line, &default()).phasors;
         let q = quality(&graph, &d, &f, &z, Symmetry::Line);
         assert!(q.energy <= 1e-4 && q.branches == 0, "f {frequency}: {q:?}");
-        assert!(q.angle_over_5deg <= 0.002 && q.spacing_p95 <= 0.02, "f {frequency}: {q:?}");
+        assert!(
+            q.angle_over_5deg <= 0.002 && q.spacing_p95 <= 0.02,
+            "f {frequency}: {q:?}"
+        );
     }
     let size = (2.8f32 * 2.8 * 2.0 + 0.8 * 0.8).sqrt();
     let torus = shapes::torus(220, 88, 1.0 / size, 0.4 / size, 0.25, 1);
@@ -196,23 +223,43 @@ fn hierarchy_beats_the_local_rule_which_stops_by_itself() {
     let f = vec![8.0; graph.len()];
     let energy_of = |settings: &SolverSettings| {
         let solution = solve_cpu(&graph, &d, &f, Symmetry::Line, settings);
-        (quality(&graph, &d, &f, &solution.phasors, Symmetry::Line).energy, solution.sweeps)
+        (
+            quality(&graph, &d, &f, &solution.phasors, Symmetry::Line).energy,
+            solution.sweeps,
+        )
     };
-    let local = |rule| SolverSettings { cold_start: ColdStart::Local(rule), ..default() };
+    let local = |rule| SolverSettings {
+        cold_start: ColdStart::Local(rule),
+        ..default()
+    };
     let (hierarchy, _) = energy_of(&default());
-    let (thirty, sweeps) = energy_of(&local(LocalRule { max_sweeps: 30, epsilon: 0.0, ..default() }));
+    let (thirty, sweeps) = energy_of(&local(LocalRule {
+        max_sweeps: 30,
+        epsilon: 0.0,
+        ..default()
+    }));
     assert_eq!(sweeps, 30);
     assert!(hierarchy < 0.5 * thirty, "{hierarchy} {thirty}");
-    let (_, sweeps) = energy_of(&local(LocalRule { epsilon: 0.05, ..default() }));
+    let (_, sweeps) = energy_of(&local(LocalRule {
+        epsilon: 0.05,
+        ..default()
+    }));
     assert!((2..30).contains(&sweeps), "{sweeps}");
-    let (skipping, _) =
-        energy_of(&local(LocalRule { max_sweeps: 30, epsilon: 0.0, skip_last_third: true, ..default() }));
+    let (skipping, _) = energy_of(&local(LocalRule {
+        max_sweeps: 30,
+        epsilon: 0.0,
+        skip_last_third: true,
+        ..default()
+    }));
     assert!(skipping < 2.0 * thirty);
 }
 
 #[test]
 fn solving_survives_what_has_no_answer() {
-    let triangle = RawMesh { positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z], triangles: vec![[0, 1, 2]] };
+    let triangle = RawMesh {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z],
+        triangles: vec![[0, 1, 2]],
+    };
     let graph = graph_of(&triangle);
     assert_eq!(graph.components(), 2);
     for d in [Vec3::ZERO, Vec3::X] {

@@ -8,6 +8,7 @@
 )]
 
 pub mod args;
+pub mod gpu;
 pub mod headless;
 pub mod mesh_file;
 pub mod scene;

@@ -77,7 +77,7 @@ impl DirectionField {
             Self::Axis(_) | Self::Gradient { .. } => Symmetry::Vector,
             Self::Attribute(_) | Self::PrincipalCurvature { .. } | Self::Vertices(_) | Self::Tangents(_) => {
                 Symmetry::Line
-            },
+            }
         }
     }
 }

@@ -60,7 +60,11 @@ pub struct SurfaceCache {
 impl SurfaceCache {
     /// The surface of a mesh; the first call starts to build it.
     pub fn request(&mut self, mesh: AssetId<Mesh>) -> SurfaceState {
-        let new = || Entry { task: None, state: SurfaceState::Preparing, stale: true };
+        let new = || Entry {
+            task: None,
+            state: SurfaceState::Preparing,
+            stale: true,
+        };
         self.entries.entry(mesh).or_insert_with(new).state.clone()
     }
 
@@ -123,7 +127,9 @@ pub(crate) fn update_surfaces(
             }
         }
         let Some(task) = &mut entry.task else { continue };
-        let Some(built) = block_on(poll_once(task)) else { continue };
+        let Some(built) = block_on(poll_once(task)) else {
+            continue;
+        };
         entry.task = None;
         *version += 1;
         entry.state = match built {
@@ -159,16 +165,23 @@ fn written_in_place(
     state: &SurfaceState,
     graphs: &mut Assets<SurfaceGraph>,
 ) -> Result<Option<Mesh>, PatternError> {
-    let SurfaceState::Ready(surface) = state else { return Ok(None) };
+    let SurfaceState::Ready(surface) = state else {
+        return Ok(None);
+    };
     let soup = triangle_soup(mesh)?;
-    let Some(mut graph) = graphs.get_mut(&surface.graph) else { return Ok(None) };
+    let Some(mut graph) = graphs.get_mut(&surface.graph) else {
+        return Ok(None);
+    };
     let same = soup.positions.len() == graph.vertex_of.len()
         && soup.triangles.len() == graph.triangles.len()
-        && soup.triangles.iter().zip(&graph.triangles).all(|(new, old)| new.map(|v| graph.vertex_of[v as usize]) == *old);
+        && soup
+            .triangles
+            .iter()
+            .zip(&graph.triangles)
+            .all(|(new, old)| new.map(|v| graph.vertex_of[v as usize]) == *old);
     if !same {
         return Ok(None);
     }
     graph.update_positions(&soup.positions)?;
     drawn_copy(mesh, &graph).map(Some)
 }
-

@@ -95,18 +95,28 @@ pub struct PatternArena {
 
 impl Default for PatternArena {
     fn default() -> Self {
-        let spaces = Pool::ALL.map(|_| Space { ranges: RangeAllocator::new(RESERVED..FIRST_CAPACITY), used: 0 });
-        Self { spaces, uploads: Vec::new(), max_bytes: 128 << 20, grown: true }
+        let spaces = Pool::ALL.map(|_| Space {
+            ranges: RangeAllocator::new(RESERVED..FIRST_CAPACITY),
+            used: 0,
+        });
+        Self {
+            spaces,
+            uploads: Vec::new(),
+            max_bytes: 128 << 20,
+            grown: true,
+        }
     }
 }
 
 impl PatternArena {
     /// Bytes used and allocated on the GPU, by solver, graphs and levels together.
     pub fn memory(&self) -> PatternMemory {
-        Pool::ALL.iter().fold(PatternMemory::default(), |sum, &pool| PatternMemory {
-            used: sum.used + self.spaces[pool as usize].used * pool.element(),
-            allocated: sum.allocated + self.capacity(pool),
-        })
+        Pool::ALL
+            .iter()
+            .fold(PatternMemory::default(), |sum, &pool| PatternMemory {
+                used: sum.used + self.spaces[pool as usize].used * pool.element(),
+                allocated: sum.allocated + self.capacity(pool),
+            })
     }
 
     /// Bytes of a shared buffer.
@@ -158,7 +168,11 @@ impl PatternArena {
     pub(crate) fn write<T: Pod>(&mut self, pool: Pool, first: u32, data: &[T]) {
         if !data.is_empty() {
             let bytes = bytemuck::cast_slice(data).to_vec();
-            self.uploads.push(Upload { pool, offset: u64::from(first) * pool.element(), bytes });
+            self.uploads.push(Upload {
+                pool,
+                offset: u64::from(first) * pool.element(),
+                bytes,
+            });
         }
     }
 
@@ -201,7 +215,9 @@ pub(crate) fn grow_buffers(
     arena.grown = false;
     for pool in Pool::ALL {
         let capacity = arena.capacity(pool);
-        let small = buffers.get(&pool.handle()).is_some_and(|buffer| buffer.buffer_description.size < capacity);
+        let small = buffers
+            .get(&pool.handle())
+            .is_some_and(|buffer| buffer.buffer_description.size < capacity);
         if small && let Some(mut buffer) = buffers.get_mut(&pool.handle()) {
             buffer.resize_in_place(capacity);
         }

@@ -30,7 +30,11 @@ pub fn edge_phase(e: Vec3, d_j: Vec3, d_i: Vec3, symmetry: Symmetry) -> EdgePhas
     let c = d_i.dot(d_j);
     let flip = symmetry == Symmetry::Line && c < 0.0;
     let (s, weight) = if flip { (-1.0, -c) } else { (1.0, c.max(0.0)) };
-    EdgePhase { distance: aligned_distance(e, d_j, s * d_i), weight, flip }
+    EdgePhase {
+        distance: aligned_distance(e, d_j, s * d_i),
+        weight,
+        flip,
+    }
 }
 
 /// cis(2π·turns): the phasor of a phase given in periods. Whole periods are taken off first, which keeps the precision

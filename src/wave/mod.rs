@@ -74,7 +74,9 @@ impl Plugin for WavePlugin {
         );
         app.configure_sets(
             PostUpdate,
-            PatternSystems.after(TransformSystems::Propagate).before(AssetEventSystems),
+            PatternSystems
+                .after(TransformSystems::Propagate)
+                .before(AssetEventSystems),
         )
         .add_systems(PostUpdate, update.chain().in_set(PatternSystems));
         render::build(app);

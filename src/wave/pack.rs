@@ -36,7 +36,9 @@ pub(crate) struct PackedLevel {
 /// (position, area) and (normal, 0) per vertex.
 pub(crate) fn geometry(positions: &[Vec3], areas: &[f32], normals: &[Vec3]) -> Vec<Vec4> {
     let vertices = positions.iter().zip(areas).zip(normals);
-    vertices.flat_map(|((p, &area), n)| [p.extend(area), n.extend(0.0)]).collect()
+    vertices
+        .flat_map(|((p, &area), n)| [p.extend(area), n.extend(0.0)])
+        .collect()
 }
 
 impl PackedGraph {
@@ -159,9 +161,18 @@ impl PatternRanges {
         local: bool,
     ) -> Result<(PatternRecord, Vec<LevelRecord>), PatternError> {
         let nodes: u32 = graph.levels.iter().map(|level| level.record.nodes).sum();
-        let edges: u32 = graph.levels.iter().enumerate().map(|(n, level)| edge_len(n, level)).sum();
+        let edges: u32 = graph
+            .levels
+            .iter()
+            .enumerate()
+            .map(|(n, level)| edge_len(n, level))
+            .sum();
         let partials = (2 * graph.vertices.div_ceil(ITEM)).max(graph.triangles.div_ceil(ITEM));
-        self.record = self.take(arena, Pool::Surface, RECORD_WORDS + LEVEL_WORDS * graph.levels.len() as u32)?;
+        self.record = self.take(
+            arena,
+            Pool::Surface,
+            RECORD_WORDS + LEVEL_WORDS * graph.levels.len() as u32,
+        )?;
         let momentum = if local { graph.vertices } else { 0 };
         self.field = self.take(arena, Pool::Wave, 2 * graph.vertices + nodes + momentum)?;
         let mut edge_base = self.take(arena, Pool::Edges, edges)?;
@@ -186,7 +197,12 @@ impl PatternRanges {
             ..PatternRecord::default()
         };
         let levels = graph.levels.iter().enumerate().map(|(n, level)| {
-            let record = LevelRecord { node_base, edge_base, balance_base, ..level.record };
+            let record = LevelRecord {
+                node_base,
+                edge_base,
+                balance_base,
+                ..level.record
+            };
             node_base += record.nodes;
             balance_base += record.nodes;
             edge_base += edge_len(n, level);

@@ -89,7 +89,10 @@ impl Pattern {
     }
 
     fn member(&self) -> Member {
-        Member { record: self.ranges.record, graph: self.graph.clone() }
+        Member {
+            record: self.ranges.record,
+            graph: self.graph.clone(),
+        }
     }
 
     fn is_drawn(&self) -> bool {
@@ -102,7 +105,9 @@ impl Pattern {
 }
 
 fn release(mut world: DeferredWorld, context: HookContext) {
-    let Some(mut pattern) = world.get_mut::<Pattern>(context.entity) else { return };
+    let Some(mut pattern) = world.get_mut::<Pattern>(context.entity) else {
+        return;
+    };
     let mut ranges = std::mem::take(&mut pattern.ranges);
     if let Some(mut arena) = world.get_resource_mut::<PatternArena>() {
         ranges.free(&mut arena);
@@ -154,10 +159,16 @@ pub(crate) fn update_patterns(
     let lost = *generation != device && *generation != 0;
     *generation = device;
     // Another way to start asks for another memory layout as well.
-    let restart = cold_start.as_ref().is_some_and(|last| *last != tools.settings.cold_start);
+    let restart = cold_start
+        .as_ref()
+        .is_some_and(|last| *last != tools.settings.cold_start);
     *cold_start = Some(tools.settings.cold_start.clone());
     if lost {
-        tools.packed.0.drain().for_each(|(_, packed)| packed.graph.free(&mut tools.arena));
+        tools
+            .packed
+            .0
+            .drain()
+            .for_each(|(_, packed)| packed.graph.free(&mut tools.arena));
     }
     let mut work = Work::default();
     let mut ready = Vec::new();
@@ -174,7 +185,9 @@ pub(crate) fn update_patterns(
     }
     if status.is_ready() {
         if status.reports() && !work.is_empty() {
-            let drawn = patterns.iter().filter_map(|item| item.pattern.filter(|pattern| pattern.is_drawn()));
+            let drawn = patterns
+                .iter()
+                .filter_map(|item| item.pattern.filter(|pattern| pattern.is_drawn()));
             work.reported = drawn.map(Pattern::member).collect();
         }
         plan(&work, &tools.settings, status.item(), &mut outbox.0);
@@ -228,7 +241,10 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
     if let PatternState::Failed(error) = &*item.state
         && !touched
         && !fresh
-        && item.pattern.as_ref().is_none_or(|pattern| pattern.geometry == surface.geometry)
+        && item
+            .pattern
+            .as_ref()
+            .is_none_or(|pattern| pattern.geometry == surface.geometry)
     {
         return Err(error.clone());
     }
@@ -247,7 +263,11 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
     });
     if !current || fresh || !own_mesh {
         let taken = item.tag.is_some_and(|tag| {
-            tag.0 != 0 && item.pattern.as_ref().is_none_or(|pattern| pattern.ranges.record != tag.0)
+            tag.0 != 0
+                && item
+                    .pattern
+                    .as_ref()
+                    .is_none_or(|pattern| pattern.ranges.record != tag.0)
         });
         if taken {
             return Err(PatternError::MeshTagTaken);
@@ -255,14 +275,22 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
         let mut pattern = Pattern::new(graph, &surface, inputs, tools)?;
         update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, true)?;
         let tag = pattern.ranges.record;
-        let meshes =
-            PatternMesh { source: source.clone(), drawn: surface.drawn.clone(), graph: surface.graph.clone() };
+        let meshes = PatternMesh {
+            source: source.clone(),
+            drawn: surface.drawn.clone(),
+            graph: surface.graph.clone(),
+        };
         // Insertion replaces the old pattern, whose hook gives back its ranges.
-        tools.commands.entity(item.entity).try_insert((pattern, MeshTag(tag), Mesh3d(surface.drawn.clone()), meshes));
+        tools
+            .commands
+            .entity(item.entity)
+            .try_insert((pattern, MeshTag(tag), Mesh3d(surface.drawn.clone()), meshes));
         item.state.set_if_neq(PatternState::Preparing);
         return Ok(Changed::Waiting);
     }
-    let Some(mut pattern) = item.pattern.take() else { return Ok(Changed::Waiting) };
+    let Some(mut pattern) = item.pattern.take() else {
+        return Ok(Changed::Waiting);
+    };
     let changed = update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, false);
     item.pattern = Some(pattern);
     changed
@@ -270,7 +298,9 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
 
 /// The graph in the shared buffers, written when it is new or its positions have changed.
 fn pack(surface: &Surface, mesh: AssetId<Mesh>, tools: &mut Tools) -> Result<Arc<PackedGraph>, PatternError> {
-    let Some(graph) = tools.graphs.get(&surface.graph) else { return Err(PatternError::MeshDataTaken) };
+    let Some(graph) = tools.graphs.get(&surface.graph) else {
+        return Err(PatternError::MeshDataTaken);
+    };
     match tools.packed.0.get_mut(&mesh) {
         Some(packed) if packed.topology == surface.topology => {
             if packed.geometry != surface.geometry {
@@ -284,8 +314,11 @@ fn pack(surface: &Surface, mesh: AssetId<Mesh>, tools: &mut Tools) -> Result<Arc
                 old.graph.free(&mut tools.arena);
             }
             let packed = Arc::new(PackedGraph::new(graph, &mut tools.arena)?);
-            let entry =
-                Packed { graph: packed.clone(), topology: surface.topology, geometry: surface.geometry };
+            let entry = Packed {
+                graph: packed.clone(),
+                topology: surface.topology,
+                geometry: surface.geometry,
+            };
             tools.packed.0.insert(mesh, entry);
             Ok(packed)
         }
@@ -300,8 +333,7 @@ impl Pattern {
         tools: &mut Tools,
     ) -> Result<Self, PatternError> {
         let local = matches!(tools.settings.cold_start, ColdStart::Local(_));
-        let (ranges, record, levels) =
-            PatternRanges::new(&graph, &mut tools.arena, inputs.linear.is_some(), local)?;
+        let (ranges, record, levels) = PatternRanges::new(&graph, &mut tools.arena, inputs.linear.is_some(), local)?;
         let pattern = Self {
             ranges,
             record,
@@ -342,12 +374,22 @@ fn update_inputs(
     if !turned && !item.frequency.is_changed() && pattern.task.is_none() {
         return Ok(Changed::Nothing);
     }
-    let Some(graph) = tools.graphs.get(&surface.graph) else { return Ok(Changed::Waiting) };
+    let Some(graph) = tools.graphs.get(&surface.graph) else {
+        return Ok(Changed::Waiting);
+    };
     if moved && let (Some(linear), Some(first)) = (inputs.linear, pattern.ranges.geometry) {
         let graph = in_world(graph, linear);
-        tools.arena.write(Pool::Geometry, first, &geometry(&graph.positions, &graph.areas, &graph.normals));
+        tools.arena.write(
+            Pool::Geometry,
+            first,
+            &geometry(&graph.positions, &graph.areas, &graph.normals),
+        );
     }
-    let vector = if inputs.symmetry == Symmetry::Vector { FLAG_VECTOR } else { 0 };
+    let vector = if inputs.symmetry == Symmetry::Vector {
+        FLAG_VECTOR
+    } else {
+        0
+    };
     pattern.record.flags = (pattern.record.flags & !(FLAG_VECTOR | FLAG_AXIS)) | vector;
     if let Some((axis, frequency)) = uniform {
         check_uniform(axis, frequency, inputs.turn)?;
@@ -380,7 +422,9 @@ fn update_inputs(
         }
     }
     if let Some(task) = &mut pattern.task {
-        let Some(done) = block_on(poll_once(task)) else { return Ok(Changed::Waiting) };
+        let Some(done) = block_on(poll_once(task)) else {
+            return Ok(Changed::Waiting);
+        };
         pattern.task = None;
         new = Some(done?);
     }
@@ -392,7 +436,12 @@ fn update_inputs(
     }
     let source = tools.meshes.get(mesh).ok_or(PatternError::MeshDataTaken)?;
     let frequencies = frequencies(&item.frequency, graph, source)?;
-    let field: Vec<Vec4> = pattern.directions.iter().zip(&frequencies).map(|(d, &f)| d.extend(f)).collect();
+    let field: Vec<Vec4> = pattern
+        .directions
+        .iter()
+        .zip(&frequencies)
+        .map(|(d, &f)| d.extend(f))
+        .collect();
     tools.arena.write(Pool::Wave, pattern.ranges.field, &field);
     if pattern.phase == Phase::Waiting {
         pattern.phase = Phase::Cold;
@@ -402,9 +451,15 @@ fn update_inputs(
 
 fn check_uniform(axis: Dir3, frequency: f32, turn: f32) -> Result<(), PatternError> {
     if !axis.is_finite() || !turn.is_finite() {
-        Err(PatternError::NotFinite { what: "direction of vertex", index: 0 })
+        Err(PatternError::NotFinite {
+            what: "direction of vertex",
+            index: 0,
+        })
     } else if !frequency.is_finite() {
-        Err(PatternError::NotFinite { what: "frequency of vertex", index: 0 })
+        Err(PatternError::NotFinite {
+            what: "frequency of vertex",
+            index: 0,
+        })
     } else if frequency < 0.0 {
         Err(PatternError::NegativeFrequency(frequency))
     } else {
@@ -417,7 +472,10 @@ fn in_world(graph: &SurfaceGraph, linear: Mat3A) -> SurfaceGraph {
     let normal = linear.inverse().transpose();
     let mut world = graph.clone();
     world.positions.iter_mut().for_each(|p| *p = linear * *p);
-    world.normals.iter_mut().for_each(|n| *n = (normal * *n).normalize_or(*n));
+    world
+        .normals
+        .iter_mut()
+        .for_each(|n| *n = (normal * *n).normalize_or(*n));
     world
 }
 
@@ -428,13 +486,17 @@ fn directions_in(
     graph: &SurfaceGraph,
     mesh: &Mesh,
 ) -> Result<Vec<Vec3>, PatternError> {
-    let Some(linear) = inputs.linear else { return directions(field, inputs.symmetry, inputs.turn, graph, mesh) };
+    let Some(linear) = inputs.linear else {
+        return directions(field, inputs.symmetry, inputs.turn, graph, mesh);
+    };
     let world = in_world(graph, linear);
     match field {
         // These are vectors of the mesh, which are carried along; the others are made from the world's positions.
         DirectionField::Attribute(_) | DirectionField::Vertices(_) | DirectionField::Tangents(_) => {
             let mut d = directions(field, inputs.symmetry, inputs.turn, graph, mesh)?;
-            d.iter_mut().zip(&world.normals).for_each(|(d, &n)| *d = project_tangent(linear * *d, n));
+            d.iter_mut()
+                .zip(&world.normals)
+                .for_each(|(d, &n)| *d = project_tangent(linear * *d, n));
             Ok(d)
         }
         _ => directions(field, inputs.symmetry, inputs.turn, &world, mesh),
@@ -513,7 +575,10 @@ fn fail(item: &mut PatternedItem, tools: &mut Tools, error: PatternError) {
         pattern.phase = Phase::Waiting;
         pattern.write_record(&mut tools.arena);
     }
-    tools.commands.trigger(PatternFailed { entity: item.entity, error });
+    tools.commands.trigger(PatternFailed {
+        entity: item.entity,
+        error,
+    });
 }
 
 /// Solves a pattern from nothing.

@@ -167,7 +167,11 @@ impl Member {
 
     /// The first level from which on all levels are small; at least 1, and the number of levels where there is none.
     fn first_small(&self) -> usize {
-        let large = self.graph.levels.iter().rposition(|level| level.record.nodes > SMALL_LEVEL);
+        let large = self
+            .graph
+            .levels
+            .iter()
+            .rposition(|level| level.record.nodes > SMALL_LEVEL);
         large.map_or(1, |large| large + 1).max(1)
     }
 }
@@ -223,7 +227,9 @@ impl Planner<'_> {
     /// Cuts nodes `first..end` of a record's level into items of work.
     fn push_items(&mut self, record: u32, level: usize, first: u32, end: u32) {
         let items = (first..end).step_by(self.item as usize);
-        self.frame.items.extend(items.map(|at| [record, level as u32, at, end.min(at + self.item)]));
+        self.frame
+            .items
+            .extend(items.map(|at| [record, level as u32, at, end.min(at + self.item)]));
     }
 
     /// The items that `push` appends.
@@ -244,7 +250,11 @@ impl Planner<'_> {
 
     /// Items over each colour class of a level.
     fn class_items<'m>(&mut self, members: impl Iterator<Item = &'m Member> + Clone, level: usize) -> Vec<Range<u32>> {
-        let colors = members.clone().map(|member| member.graph.levels[level].classes.len() - 1).max().unwrap_or(0);
+        let colors = members
+            .clone()
+            .map(|member| member.graph.levels[level].classes.len() - 1)
+            .max()
+            .unwrap_or(0);
         let class = |planner: &mut Self, color: usize| {
             for member in members.clone() {
                 if let [first, end] = member.graph.levels[level].classes.get(color..color + 2).unwrap_or(&[])[..] {
@@ -252,13 +262,19 @@ impl Planner<'_> {
                 }
             }
         };
-        (0..colors).map(|color| self.items(|planner| class(planner, color))).collect()
+        (0..colors)
+            .map(|color| self.items(|planner| class(planner, color)))
+            .collect()
     }
 
     fn step(&mut self, pass: Pass, items: &Range<u32>, uniform: StepUniform) {
         if !items.is_empty() {
-            let uniform =
-                StepUniform { first_item: items.start, item_count: items.end - items.start, row: ROW, ..uniform };
+            let uniform = StepUniform {
+                first_item: items.start,
+                item_count: items.end - items.start,
+                row: ROW,
+                ..uniform
+            };
             self.frame.steps.push(Step { pass, uniform });
         }
     }
@@ -271,32 +287,50 @@ impl Planner<'_> {
     fn relax(&mut self, pass: Pass, classes: &[Range<u32>], relaxation: u32, omega: f32) {
         self.frame.sweeps += u32::from(pass == Pass::SweepFine && !classes.is_empty());
         for items in classes {
-            let uniform = StepUniform { relaxation, omega, softness: self.settings.softness, ..StepUniform::default() };
+            let uniform = StepUniform {
+                relaxation,
+                omega,
+                softness: self.settings.softness,
+                ..StepUniform::default()
+            };
             self.step(pass, items, uniform);
         }
     }
 
     /// The Galerkin cold start.
     fn hierarchy(&mut self, cold: &[Member], level_sweeps: u32) {
-        let uniform = StepUniform { level_sweeps, omega: self.settings.omega, ..StepUniform::default() };
+        let uniform = StepUniform {
+            level_sweeps,
+            omega: self.settings.omega,
+            ..StepUniform::default()
+        };
         let depth = cold.iter().map(Member::first_small).max().unwrap_or(0);
         // Up, as far as levels are large.
         for level in 0..depth {
-            let large: Vec<&Member> =
-                cold.iter().filter(|member| level < member.first_small() && level + 1 < member.levels()).collect();
+            let large: Vec<&Member> = cold
+                .iter()
+                .filter(|member| level < member.first_small() && level + 1 < member.levels())
+                .collect();
             let items = self.items(|planner| {
-                large.iter().for_each(|member| planner.push_items(member.record, level, 0, member.nodes(level)));
+                large
+                    .iter()
+                    .for_each(|member| planner.push_items(member.record, level, 0, member.nodes(level)));
             });
             self.step(Pass::Align, &items, uniform);
             let items = self.items(|planner| {
-                large.iter().for_each(|member| planner.push_items(member.record, level, 0, member.nodes(level + 1)));
+                large
+                    .iter()
+                    .for_each(|member| planner.push_items(member.record, level, 0, member.nodes(level + 1)));
             });
             self.step(Pass::Coarsen, &items, uniform);
         }
         // The top: small levels by one workgroup, or a last level that is large since it has many components.
         let items = self.items(|planner| {
             for member in cold.iter().filter(|member| member.first_small() < member.levels()) {
-                planner.frame.items.push([member.record, member.first_small() as u32, 0, 1]);
+                planner
+                    .frame
+                    .items
+                    .push([member.record, member.first_small() as u32, 0, 1]);
             }
         });
         self.step(Pass::SolveSmall, &items, uniform);
@@ -309,7 +343,10 @@ impl Planner<'_> {
         self.step(Pass::StartTop, &items, uniform);
         // Down again.
         for level in (0..depth).rev() {
-            let large = || cold.iter().filter(move |member| level < member.first_small().min(member.levels()));
+            let large = || {
+                cold.iter()
+                    .filter(move |member| level < member.first_small().min(member.levels()))
+            };
             let items = self.items(|planner| {
                 for member in large().filter(|member| level + 1 < member.levels()) {
                     planner.push_items(member.record, level, 0, member.nodes(level));
@@ -326,16 +363,26 @@ impl Planner<'_> {
 
     /// The local rule: as many sweeps as allowed; entities whose energy has settled take part no more.
     fn local(&mut self, cold: &[Member]) {
-        let ColdStart::Local(rule) = &self.settings.cold_start else { return };
+        let ColdStart::Local(rule) = &self.settings.cold_start else {
+            return;
+        };
         let rule = rule.clone();
-        let uniform = StepUniform { momentum: rule.momentum, epsilon: rule.epsilon, ..StepUniform::default() };
+        let uniform = StepUniform {
+            momentum: rule.momentum,
+            epsilon: rule.epsilon,
+            ..StepUniform::default()
+        };
         let vertices = self.partial_sums(cold, |member| member.graph.vertices);
         self.step(Pass::StartLocal, &vertices, uniform);
         let classes = self.class_items(cold.iter(), 0);
         let partials = self.sums_of(cold, |member| member.graph.vertices);
         for n in 0..rule.max_sweeps {
             self.frame.sweeps += u32::from(!classes.is_empty());
-            let skipped = if rule.skip_last_third && n % 2 == 1 { classes.len() / 3 } else { 0 };
+            let skipped = if rule.skip_last_third && n % 2 == 1 {
+                classes.len() / 3
+            } else {
+                0
+            };
             for items in &classes[..classes.len() - skipped] {
                 self.step(Pass::SweepLocal, items, uniform);
             }
@@ -362,7 +409,11 @@ impl Planner<'_> {
     fn sums_of(&mut self, members: &[Member], len: impl Fn(&Member) -> u32) -> Range<u32> {
         let size = self.item;
         self.items(|planner| {
-            planner.frame.items.extend(members.iter().map(|member| [member.record, 0, 0, len(member).div_ceil(size)]));
+            planner.frame.items.extend(
+                members
+                    .iter()
+                    .map(|member| [member.record, 0, 0, len(member).div_ceil(size)]),
+            );
         })
     }
 
@@ -371,7 +422,11 @@ impl Planner<'_> {
         let hierarchy = matches!(self.settings.cold_start, ColdStart::Hierarchy { .. });
         let cold: &[Member] = if hierarchy { &work.cold } else { &[] };
         let soft = if cold.is_empty() { 0 } else { self.settings.soft_sweeps };
-        let warm = if work.warm.is_empty() { 0 } else { self.settings.warm_sweeps };
+        let warm = if work.warm.is_empty() {
+            0
+        } else {
+            self.settings.warm_sweeps
+        };
         // Those with fewer sweeps join for the last ones, so that all share dispatches.
         let longest = soft.max(warm);
         let mut classes: Option<((bool, bool), Vec<Range<u32>>)> = None;
@@ -385,7 +440,12 @@ impl Planner<'_> {
             let Some((_, items)) = classes.take() else { continue };
             // After unit phasors the first sweep is not over-relaxed: it would overshoot.
             let first = !cold.is_empty() && n + soft == longest;
-            self.relax(Pass::SweepFine, &items, SOFT, if first { 1.0 } else { self.settings.omega });
+            self.relax(
+                Pass::SweepFine,
+                &items,
+                SOFT,
+                if first { 1.0 } else { self.settings.omega },
+            );
             classes = Some((takes_part, items));
         }
         let items = self.class_items(cold.iter().chain(&work.settling), 0);

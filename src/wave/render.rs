@@ -21,9 +21,7 @@ use bevy::{
             BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BufferBinding,
             BufferDescriptor, BufferInitDescriptor, BufferUsages, CachedComputePipelineId, CachedPipelineState,
             ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, ShaderStages,
-            binding_types::{
-                storage_buffer_read_only_sized, storage_buffer_sized, uniform_buffer_sized,
-            },
+            binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, uniform_buffer_sized},
         },
         renderer::{RenderAdapterInfo, RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
         storage::GpuShaderBuffer,
@@ -77,7 +75,11 @@ impl GpuStatus {
     }
 
     fn set_error(&self, error: PatternError) {
-        self.0.error.write().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        self.0
+            .error
+            .write()
+            .unwrap_or_else(PoisonError::into_inner)
+            .get_or_insert(error);
     }
 }
 
@@ -134,7 +136,9 @@ pub(crate) fn build(app: &mut App) {
     let status = GpuStatus::default();
     let counters = SolverCounters::default();
     app.insert_resource(status.clone()).insert_resource(counters.clone());
-    let Some(render_app) = app.get_sub_app_mut(RenderApp) else { return };
+    let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
+        return;
+    };
     render_app
         .insert_resource(status)
         .insert_resource(counters)
@@ -143,7 +147,10 @@ pub(crate) fn build(app: &mut App) {
         .add_systems(RenderStartup, init_pipelines)
         .add_systems(ExtractSchedule, extract)
         .add_systems(Render, prepare.in_set(RenderSystems::PrepareBindGroups))
-        .add_systems(RenderGraph, solve.in_set(RenderGraphSystems::Render).before(camera_driver));
+        .add_systems(
+            RenderGraph,
+            solve.in_set(RenderGraphSystems::Render).before(camera_driver),
+        );
 }
 
 fn init_pipelines(
@@ -154,7 +161,14 @@ fn init_pipelines(
     adapter: Res<RenderAdapterInfo>,
     status: Res<GpuStatus>,
 ) {
-    status.0.item.store(if adapter.device_type == wgpu::DeviceType::Cpu { 8 * ITEM } else { ITEM }, Relaxed);
+    status.0.item.store(
+        if adapter.device_type == wgpu::DeviceType::Cpu {
+            8 * ITEM
+        } else {
+            ITEM
+        },
+        Relaxed,
+    );
     status.0.generation.fetch_add(1, Relaxed);
     status.0.ready.store(false, Relaxed);
     if let Some(error) = missing_limit(&device) {
@@ -168,7 +182,15 @@ fn init_pipelines(
         "pattern_solver",
         &BindGroupLayoutEntries::sequential(
             ShaderStages::COMPUTE,
-            (step, read_only(), read_only(), read_only(), storage(), storage(), storage()),
+            (
+                step,
+                read_only(),
+                read_only(),
+                read_only(),
+                storage(),
+                storage(),
+                storage(),
+            ),
         ),
     );
     // The shaders import it by name.
@@ -177,12 +199,9 @@ fn init_pipelines(
         let shader = match pass {
             Pass::ProjectAxis => load_embedded_asset!(&*assets, "field.wgsl"),
             Pass::EdgeWeights => load_embedded_asset!(&*assets, "edges.wgsl"),
-            Pass::Align
-            | Pass::Coarsen
-            | Pass::StartTop
-            | Pass::SolveSmall
-            | Pass::Prolong
-            | Pass::SweepCoarse => load_embedded_asset!(&*assets, "hierarchy.wgsl"),
+            Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
+                load_embedded_asset!(&*assets, "hierarchy.wgsl")
+            }
             Pass::SweepFine | Pass::StartLocal | Pass::SweepLocal => load_embedded_asset!(&*assets, "sweep.wgsl"),
             Pass::EnergyPartial
             | Pass::EnergyTotal
@@ -210,20 +229,37 @@ struct PassLibrary(#[expect(dead_code, reason = "holding the handle is its use")
 fn missing_limit(device: &RenderDevice) -> Option<PatternError> {
     let limits = device.limits();
     let needs: [(&'static str, u32, u32); 4] = [
-        ("max_storage_buffers_per_shader_stage", limits.max_storage_buffers_per_shader_stage, 6),
-        ("max_compute_invocations_per_workgroup", limits.max_compute_invocations_per_workgroup, 256),
+        (
+            "max_storage_buffers_per_shader_stage",
+            limits.max_storage_buffers_per_shader_stage,
+            6,
+        ),
+        (
+            "max_compute_invocations_per_workgroup",
+            limits.max_compute_invocations_per_workgroup,
+            256,
+        ),
         ("max_compute_workgroup_size_x", limits.max_compute_workgroup_size_x, 256),
-        ("max_compute_workgroups_per_dimension", limits.max_compute_workgroups_per_dimension, 32_768),
+        (
+            "max_compute_workgroups_per_dimension",
+            limits.max_compute_workgroups_per_dimension,
+            32_768,
+        ),
     ];
-    needs.into_iter().find(|(_, found, needed)| found < needed).map(|(limit, found, needed)| PatternError::GpuLimit {
-        limit,
-        found: found.into(),
-        needed: needed.into(),
-    })
+    needs
+        .into_iter()
+        .find(|(_, found, needed)| found < needed)
+        .map(|(limit, found, needed)| PatternError::GpuLimit {
+            limit,
+            found: found.into(),
+            needed: needed.into(),
+        })
 }
 
 fn extract(mut main: ResMut<MainWorld>, mut pending: ResMut<Pending>) {
-    let Some(mut outbox) = main.get_resource_mut::<Outbox>() else { return };
+    let Some(mut outbox) = main.get_resource_mut::<Outbox>() else {
+        return;
+    };
     if !outbox.0.uploads.is_empty() || !outbox.0.steps.is_empty() {
         pending.0.push(std::mem::take(&mut outbox.0));
     }
@@ -260,7 +296,10 @@ fn prepare(
     let Some(last) = pending.0.last() else { return };
     let gpu: Option<Vec<&GpuShaderBuffer>> = Pool::ALL.iter().map(|pool| buffers.get(&pool.handle())).collect();
     let Some(gpu) = gpu else { return };
-    let large = gpu.iter().zip(last.capacities).all(|(buffer, needed)| buffer.buffer.size() >= needed);
+    let large = gpu
+        .iter()
+        .zip(last.capacities)
+        .all(|(buffer, needed)| buffer.buffer.size() >= needed);
     let solves = pending.0.iter().any(|frame| !frame.steps.is_empty());
     if !large || (solves && !compiled) {
         return;
@@ -334,18 +373,27 @@ fn solve(
     status.0.reports.store(diagnostics.is_some(), Relaxed);
     counters.0.dispatches.store(prepared.steps.len() as u32, Relaxed);
     counters.0.sweeps.store(prepared.sweeps, Relaxed);
-    let (Some(pipelines), Some(bind_group)) = (pipelines, &prepared.bind_group) else { return };
+    let (Some(pipelines), Some(bind_group)) = (pipelines, &prepared.bind_group) else {
+        return;
+    };
     let stride = (STEP_STRIDE as u32).max(device.limits().min_uniform_buffer_offset_alignment);
     let encoder = context.command_encoder();
     let mut first = 0;
     while first < prepared.steps.len() {
         let stage = stage(prepared.steps[first].pass);
-        let len = prepared.steps[first..].iter().take_while(|step| self::stage(step.pass) == stage).count();
-        let mut pass =
-            encoder.begin_compute_pass(&ComputePassDescriptor { label: Some(stage), ..default() });
+        let len = prepared.steps[first..]
+            .iter()
+            .take_while(|step| self::stage(step.pass) == stage)
+            .count();
+        let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor {
+            label: Some(stage),
+            ..default()
+        });
         let span = diagnostics.pass_span(&mut pass, stage);
         for (n, step) in prepared.steps.iter().enumerate().skip(first).take(len) {
-            let Some(pipeline) = cache.get_compute_pipeline(pipelines.ids[step.pass as usize]) else { continue };
+            let Some(pipeline) = cache.get_compute_pipeline(pipelines.ids[step.pass as usize]) else {
+                continue;
+            };
             let (x, y) = step.workgroups();
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, bind_group, &[n as u32 * stride]);
@@ -367,12 +415,9 @@ fn stage(pass: Pass) -> &'static str {
     match pass {
         Pass::ProjectAxis => "pattern_field",
         Pass::EdgeWeights => "pattern_edges",
-        Pass::Align
-        | Pass::Coarsen
-        | Pass::StartTop
-        | Pass::SolveSmall
-        | Pass::Prolong
-        | Pass::SweepCoarse => "pattern_hierarchy",
+        Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
+            "pattern_hierarchy"
+        }
         Pass::SweepFine
         | Pass::StartLocal
         | Pass::SweepLocal

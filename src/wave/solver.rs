@@ -69,7 +69,12 @@ pub struct LocalRule {
 
 impl Default for LocalRule {
     fn default() -> Self {
-        Self { momentum: 0.2, epsilon: 1e-3, max_sweeps: 100, skip_last_third: false }
+        Self {
+            momentum: 0.2,
+            epsilon: 1e-3,
+            max_sweeps: 100,
+            skip_last_third: false,
+        }
     }
 }
 
@@ -163,12 +168,7 @@ pub fn normalize_or(z: Vec2, fallback: Vec2) -> Vec2 {
 /// The edge pass (Eq. 3, kite form): w e^{iΦ_ji} and flip of every directed edge, and the sum of weights per vertex.
 ///
 /// `directions` and `frequencies` are one per vertex, in solver order; Φ_ji = 2π (f_i + f_j)/2 · aligned distance.
-pub fn edges(
-    graph: &SurfaceGraph,
-    directions: &[Vec3],
-    frequencies: &[f32],
-    symmetry: Symmetry,
-) -> (Edges, Vec<f32>) {
+pub fn edges(graph: &SurfaceGraph, directions: &[Vec3], frequencies: &[f32], symmetry: Symmetry) -> (Edges, Vec<f32>) {
     let level = graph.mesh_level();
     let mut e = vec![Vec2::ZERO; level.neighbors.len()];
     let mut sums = vec![0.0; level.len()];
@@ -251,7 +251,11 @@ pub fn align(level: &Level, edges: &Edges, z: &mut [Vec2], sigma: &mut [f32]) {
         if let Ok(n) = level.neighbors[range.clone()].binary_search(&root) {
             let [a, b] = edges.pair(range.start + n);
             *z = normalize_or(a + b, Vec2::X);
-            *sigma = if a.length_squared() >= b.length_squared() { 1.0 } else { -1.0 };
+            *sigma = if a.length_squared() >= b.length_squared() {
+                1.0
+            } else {
+                -1.0
+            };
         }
     }
 }
@@ -267,7 +271,9 @@ pub fn coarsen(level: &Level, edges: &Edges, z: &[Vec2], sigma: &[f32], coarse: 
             let i = i as usize;
             for k in level.edges(i) {
                 let j = level.neighbors[k] as usize;
-                let Ok(n) = neighbors.binary_search(&level.parents[j]) else { continue };
+                let Ok(n) = neighbors.binary_search(&level.parents[j]) else {
+                    continue;
+                };
                 let [a, b] = edges.pair(k);
                 let mut al = cmul(conj(z[i]), cmul(a, z[j]));
                 let mut be = cmul(conj(z[i]), cmul(b, conj(z[j])));
@@ -328,14 +334,7 @@ pub fn hash_turns(id: u32) -> f32 {
 }
 
 /// One sweep of the local rule: z_i ← (t + Δ_i) / |t + Δ_i|, Δ_i ← s_m (t - z_i) (Eq. 9 to 11), classes in `colors` only.
-pub fn sweep_local(
-    level: &Level,
-    edges: &Edges,
-    z: &mut [Vec2],
-    delta: &mut [Vec2],
-    momentum: f32,
-    colors: usize,
-) {
+pub fn sweep_local(level: &Level, edges: &Edges, z: &mut [Vec2], delta: &mut [Vec2], momentum: f32, colors: usize) {
     for class in level.classes.windows(2).take(colors) {
         for i in class[0] as usize..class[1] as usize {
             let mut t = Vec2::ZERO;
@@ -378,7 +377,10 @@ pub fn solve_cpu(
             for _ in 0..settings.plain_sweeps {
                 sweep(level, &fine, &sums, &mut z, Relaxation::Plain);
             }
-            Solution { phasors: z, sweeps: level_sweeps + settings.soft_sweeps + settings.plain_sweeps }
+            Solution {
+                phasors: z,
+                sweeps: level_sweeps + settings.soft_sweeps + settings.plain_sweeps,
+            }
         }
         ColdStart::Local(rule) => solve_local(graph.mesh_level(), &fine, &sums, rule),
     }
@@ -394,7 +396,15 @@ pub fn follow_cpu(
     phasors: &mut [Vec2],
 ) {
     let (fine, sums) = edges(graph, directions, frequencies, symmetry);
-    sweep_soft(graph.mesh_level(), &fine, &sums, phasors, settings.warm_sweeps, false, settings);
+    sweep_soft(
+        graph.mesh_level(),
+        &fine,
+        &sums,
+        phasors,
+        settings.warm_sweeps,
+        false,
+        settings,
+    );
 }
 
 /// Soft sweeps; the first one after a start of unit phasors (`from_unit`) is not over-relaxed, which would overshoot.
@@ -409,7 +419,16 @@ fn sweep_soft(
 ) {
     for n in 0..sweeps {
         let omega = if n == 0 && from_unit { 1.0 } else { settings.omega };
-        sweep(level, edges, sums, z, Relaxation::Soft { omega, softness: settings.softness });
+        sweep(
+            level,
+            edges,
+            sums,
+            z,
+            Relaxation::Soft {
+                omega,
+                softness: settings.softness,
+            },
+        );
     }
 }
 
@@ -477,7 +496,11 @@ struct Others<'a> {
 impl Others<'_> {
     fn get(&self, j: u32) -> Vec2 {
         let j = j as usize;
-        if j < self.before.len() { self.before[j] } else { self.after[j - self.end] }
+        if j < self.before.len() {
+            self.before[j]
+        } else {
+            self.after[j - self.end]
+        }
     }
 }
 

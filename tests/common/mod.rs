@@ -1,5 +1,9 @@
 //! An app without a window, with patterns on meshes made by formula, and a look into the device's memory.
-#![allow(dead_code, unreachable_pub, reason = "each test compiles this module for itself and uses a part of it")]
+#![allow(
+    dead_code,
+    unreachable_pub,
+    reason = "each test compiles this module for itself and uses a part of it"
+)]
 
 #[path = "../../examples/common/gpu.rs"]
 pub mod gpu;
@@ -31,7 +35,9 @@ pub fn app_with(settings: SolverSettings) -> App {
 }
 
 pub fn add_mesh(app: &mut App, raw: &RawMesh) -> Handle<Mesh> {
-    app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh_file::to_bevy_mesh(raw))
+    app.world_mut()
+        .resource_mut::<Assets<Mesh>>()
+        .add(mesh_file::to_bevy_mesh(raw))
 }
 
 pub fn update(app: &mut App) {
@@ -54,7 +60,11 @@ pub fn settle(app: &mut App) {
 
 pub fn graph(app: &App, entity: Entity) -> SurfaceGraph {
     let handle = &app.world().get::<PatternMesh>(entity).expect("a pattern").graph;
-    app.world().resource::<Assets<SurfaceGraph>>().get(handle).expect("a graph").clone()
+    app.world()
+        .resource::<Assets<SurfaceGraph>>()
+        .get(handle)
+        .expect("a graph")
+        .clone()
 }
 
 /// Directions, frequencies and phasors of an entity, read back.
