@@ -5,6 +5,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 pub mod error;
 pub mod field;
 pub mod material;
+pub mod scene;
 pub mod surface;
 pub mod wave;
 
@@ -15,12 +16,16 @@ pub mod prelude {
         FieldPatternsPlugin,
         error::PatternError,
         field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
-        material::{DebugStyle, Focus, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes},
+        material::{
+            DebugStyle, Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial,
+            Stripes,
+        },
+        scene::{PatternScene, PatternScenePart},
         wave::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings},
     };
 }
 
-/// Everything: waves, and the materials that draw them.
+/// Everything: waves, the materials that draw them, and scenes of patterned meshes.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct FieldPatternsPlugin;
 
@@ -29,5 +34,6 @@ impl PluginGroup for FieldPatternsPlugin {
         PluginGroupBuilder::start::<Self>()
             .add(wave::WavePlugin)
             .add(material::StripeMaterialPlugin)
+            .add(scene::PatternScenePlugin)
     }
 }
