@@ -17,7 +17,8 @@ use bevy::prelude::*;
 
 /// A triangle mesh seen as a graph of welded vertices, with the colours and levels that the solver needs.
 ///
-/// Vertices are stored in **solver order**: colour class by colour class, along a Morton curve inside a class.
+/// Vertices are stored in **solver order**: colour class by colour class, inside a class valence by
+/// valence, and along a Morton curve inside a valence.
 /// Every per-vertex array of a pattern (directions, frequencies, phasors) is in this order; [`vertex_of`](Self::vertex_of)
 /// leads from the mesh's own vertices to it.
 #[derive(Asset, TypePath, Debug, Clone, Default, PartialEq)]

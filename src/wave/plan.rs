@@ -353,10 +353,13 @@ impl Planner<'_> {
                 }
             });
             self.step(Pass::Prolong, &items, uniform);
+            if level == 0 {
+                break;
+            }
             let classes = self.class_items(large(), level);
-            let pass = if level == 0 { Pass::SweepFine } else { Pass::SweepCoarse };
             for n in 0..level_sweeps {
-                self.relax(pass, &classes, TURN, if n == 0 { 1.0 } else { self.settings.omega });
+                let omega = if n == 0 { 1.0 } else { self.settings.omega };
+                self.relax(Pass::SweepCoarse, &classes, TURN, omega);
             }
         }
     }

@@ -31,7 +31,7 @@ pub struct SolverSettings {
     pub cold_start: ColdStart,
     /// Soft sweeps on the mesh after the hierarchy. Default 10.
     pub soft_sweeps: u32,
-    /// Plain sweeps that end every solve; they never raise the energy. Default 5.
+    /// Plain sweeps that end every solve; they never raise the energy. Default 4.
     pub plain_sweeps: u32,
     /// Soft sweeps per frame while an input changes. Default 3; 1 follows slowly, 10 is nearly converged.
     pub warm_sweeps: u32,
@@ -46,7 +46,7 @@ pub struct SolverSettings {
 pub enum ColdStart {
     /// The Galerkin hierarchy: no random numbers, long waves come out right at once.
     Hierarchy {
-        /// Sweeps on each level. Default 4.
+        /// Sweeps on each coarse level; the soft sweeps take over on the mesh. Default 4.
         level_sweeps: u32,
     },
     /// The local rule as Lichtenberg et al. 2018 print it (section 3.3): random phases from a hash of the vertex id,
@@ -89,7 +89,7 @@ impl Default for SolverSettings {
         Self {
             cold_start: ColdStart::default(),
             soft_sweeps: 10,
-            plain_sweeps: 5,
+            plain_sweeps: 4,
             warm_sweeps: 3,
             omega: 1.6,
             softness: 0.9,
@@ -379,7 +379,7 @@ pub fn solve_cpu(
             }
             Solution {
                 phasors: z,
-                sweeps: level_sweeps + settings.soft_sweeps + settings.plain_sweeps,
+                sweeps: settings.soft_sweeps + settings.plain_sweeps,
             }
         }
         ColdStart::Local(rule) => solve_local(graph.mesh_level(), &fine, &sums, rule),
@@ -454,7 +454,8 @@ fn cold_start(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32)
         if n + 1 < levels.len() {
             prolong(level, &y, sigma, z);
         }
-        for s in 0..level_sweeps {
+        let sweeps = if n == 0 { 0 } else { level_sweeps };
+        for s in 0..sweeps {
             let omega = if s == 0 { 1.0 } else { omega };
             sweep(level, edges, &[], z, Relaxation::Turn { omega });
         }
