@@ -130,8 +130,9 @@ fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
     let turns = turns_of(wave, time);
     let width = footprint(wave);
     let duty = stripes.duty * limited(out.focus, FOCUS_WIDTH);
-    // Near a branch the phase means nothing: fade to the mean.
-    let certain = smoothstep(0.05, 0.25, wave.confidence);
+    // At a branch the phase means nothing: fade to the mean. Close to it the footprint blurs by itself, as much as the
+    // distance of the view needs; a wide fade would be seen as a spot.
+    let certain = smoothstep(0.01, 0.08, wave.confidence);
 
     let sharp = profile_coverage(profile, turns, duty, width);
     out.periods = width;
@@ -150,7 +151,8 @@ fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
 
     // A bump needs a slope to be seen: its edges are bevelled, however sharp the colours are.
     let bevelled = profile_coverage(profile, turns, duty, max(width, 0.25 * min(duty, 1.0 - duty)));
-    out.slope = bevelled.slope * certain * wave.per_pixel;
+    // Its fade at a branch is wide, or the tip of a stripe would be a needle.
+    out.slope = bevelled.slope * smoothstep(0.05, 0.3, wave.confidence) * wave.per_pixel;
     return out;
 }
 
