@@ -31,10 +31,13 @@ pub struct StripeMaterialPlugin;
 
 impl Plugin for StripeMaterialPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins((MaterialPlugin::<StripeMaterial>::default(), PatternMaterialPlugin::<StripeMaterial>::default()))
-            .register_type::<Stripes>()
-            .register_asset_reflect::<StripeMaterial>()
-            .add_systems(PostUpdate, mask_cutouts.after(AssetEventSystems));
+        app.add_plugins((
+            MaterialPlugin::<StripeMaterial>::default(),
+            PatternMaterialPlugin::<StripeMaterial>::default(),
+        ))
+        .register_type::<Stripes>()
+        .register_asset_reflect::<StripeMaterial>()
+        .add_systems(PostUpdate, mask_cutouts.after(AssetEventSystems));
         load_shader_library!(app, "stripe_style.wgsl");
         load_shader_library!(app, "stripe_debug.wgsl");
         embedded_asset!(app, "stripes.wgsl");
@@ -64,7 +67,8 @@ impl<M: Material> Plugin for PatternMaterialPlugin<M> {
         if !app.is_plugin_added::<PatternShaderPlugin>() {
             app.add_plugins(PatternShaderPlugin);
         }
-        app.init_resource::<BufferGeneration>().add_systems(PostUpdate, touch_materials::<M>.before(AssetEventSystems));
+        app.init_resource::<BufferGeneration>()
+            .add_systems(PostUpdate, touch_materials::<M>.before(AssetEventSystems));
     }
 }
 

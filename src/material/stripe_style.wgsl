@@ -8,7 +8,6 @@
 // focus      1 where the style applies, 0 where not
 
 #import bevy_field_patterns::triangle_wave::Wave
-#import bevy_field_patterns::wave::footprint
 #import bevy_field_patterns::coverage::{Coverage, soft_width, pulse_coverage, sine_coverage, sawtooth_coverage}
 
 const TAU: f32 = 6.283185307179586;
@@ -128,7 +127,7 @@ fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
     out.focus = focus_weight(world_position);
     let profile = profile_of(wave);
     let turns = turns_of(wave, time);
-    let width = footprint(wave);
+    let width = wave.footprint;
     let duty = stripes.duty * limited(out.focus, FOCUS_WIDTH);
     // At a branch the phase means nothing: fade to the mean. Close to it the footprint blurs by itself, as much as the
     // distance of the view needs; a wide fade would be seen as a spot.

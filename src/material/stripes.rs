@@ -76,7 +76,12 @@ pub struct StripeDrive {
 
 impl Default for StripeDrive {
     fn default() -> Self {
-        Self { base_color: 1.0, emissive: 0.0, roughness: 0.0, bump: 0.0 }
+        Self {
+            base_color: 1.0,
+            emissive: 0.0,
+            roughness: 0.0,
+            bump: 0.0,
+        }
     }
 }
 
@@ -243,7 +248,11 @@ pub struct StripesKey {
 
 impl AsBindGroup for Stripes {
     type Data = StripesKey;
-    type Param = (SRes<RenderAssets<GpuImage>>, SRes<FallbackImage>, SRes<RenderAssets<GpuShaderBuffer>>);
+    type Param = (
+        SRes<RenderAssets<GpuImage>>,
+        SRes<FallbackImage>,
+        SRes<RenderAssets<GpuShaderBuffer>>,
+    );
 
     fn label() -> &'static str {
         "stripes"
@@ -265,7 +274,8 @@ impl AsBindGroup for Stripes {
         param: &mut SystemParamItem<'_, '_, Self::Param>,
         force_no_bindless: bool,
     ) -> Result<UnpreparedBindGroup, AsBindGroupError> {
-        self.binding().unprepared_bind_group(layout, render_device, param, force_no_bindless)
+        self.binding()
+            .unprepared_bind_group(layout, render_device, param, force_no_bindless)
     }
 
     fn bind_group_layout_entries(render_device: &RenderDevice, force_no_bindless: bool) -> Vec<BindGroupLayoutEntry> {
@@ -304,7 +314,12 @@ impl MaterialExtension for Stripes {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        let StripesKey { image, cutout, bump, debug } = key.bind_group_data;
+        let StripesKey {
+            image,
+            cutout,
+            bump,
+            debug,
+        } = key.bind_group_data;
         let variants = [
             (image, "STRIPES_IMAGE"),
             (cutout, "STRIPES_CUTOUT"),
@@ -312,7 +327,9 @@ impl MaterialExtension for Stripes {
             (debug, "STRIPES_DEBUG"),
         ];
         if let Some(fragment) = &mut descriptor.fragment {
-            fragment.shader_defs.extend(variants.into_iter().filter(|v| v.0).map(|v| v.1.into()));
+            fragment
+                .shader_defs
+                .extend(variants.into_iter().filter(|v| v.0).map(|v| v.1.into()));
         }
         Ok(())
     }
@@ -324,7 +341,9 @@ pub(super) fn mask_cutouts(
     mut materials: ResMut<Assets<StripeMaterial>>,
 ) {
     for change in changes.read() {
-        let (AssetEvent::Added { id } | AssetEvent::Modified { id }) = *change else { continue };
+        let (AssetEvent::Added { id } | AssetEvent::Modified { id }) = *change else {
+            continue;
+        };
         let needs_mask = |m: &StripeMaterial| m.extension.cutout && m.base.alpha_mode == AlphaMode::Opaque;
         if materials.get(id).is_some_and(needs_mask)
             && let Some(mut material) = materials.get_mut(id)

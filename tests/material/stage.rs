@@ -35,7 +35,10 @@ impl Picture {
     }
 
     pub fn luminance(&self) -> Vec<f32> {
-        self.pixels.iter().map(|p| p.truncate().dot(Vec3::new(0.2126, 0.7152, 0.0722))).collect()
+        self.pixels
+            .iter()
+            .map(|p| p.truncate().dot(Vec3::new(0.2126, 0.7152, 0.0722)))
+            .collect()
     }
 
     pub fn mean(&self) -> Vec4 {
@@ -50,19 +53,32 @@ impl Picture {
     }
 
     pub fn max_difference(&self, other: &Self) -> f32 {
-        self.pixels.iter().zip(&other.pixels).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max)
+        self.pixels
+            .iter()
+            .zip(&other.pixels)
+            .map(|(a, b)| (*a - *b).abs().max_element())
+            .fold(0.0, f32::max)
     }
 
     /// Writes a PNG into the directory `PATTERN_PICTURES`, if that is set.
     pub fn save(&self, name: &str) {
-        let Ok(directory) = std::env::var("PATTERN_PICTURES") else { return };
+        let Ok(directory) = std::env::var("PATTERN_PICTURES") else {
+            return;
+        };
         let srgb = |v: f32| {
             let v = v.clamp(0.0, 1.0);
-            let s = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+            let s = if v <= 0.003_130_8 {
+                12.92 * v
+            } else {
+                1.055 * v.powf(1.0 / 2.4) - 0.055
+            };
             (255.0 * s).round() as u8
         };
-        let bytes: Vec<u8> =
-            self.pixels.iter().flat_map(|p| [srgb(p.x), srgb(p.y), srgb(p.z), 255]).collect();
+        let bytes: Vec<u8> = self
+            .pixels
+            .iter()
+            .flat_map(|p| [srgb(p.x), srgb(p.y), srgb(p.z), 255])
+            .collect();
         let image = Image::new(
             bevy::render::render_resource::Extent3d {
                 width: self.width as u32,
@@ -115,8 +131,15 @@ pub struct Stage {
 
 fn headless_plugins() -> PluginGroupBuilder {
     DefaultPlugins
-        .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
-        .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
+        .set(WindowPlugin {
+            primary_window: None,
+            exit_condition: ExitCondition::DontExit,
+            ..default()
+        })
+        .set(RenderPlugin {
+            synchronous_pipeline_compilation: true,
+            ..default()
+        })
         .disable::<WinitPlugin>()
         .disable::<PipelinedRenderingPlugin>()
 }
@@ -154,13 +177,19 @@ impl Stage {
 
     /// A camera that looks into an own picture.
     pub fn camera(&mut self, lens: Lens) -> (Entity, Handle<Image>) {
-        let format = if lens.hdr { TextureFormat::Rgba16Float } else { TextureFormat::Rgba8UnormSrgb };
+        let format = if lens.hdr {
+            TextureFormat::Rgba16Float
+        } else {
+            TextureFormat::Rgba8UnormSrgb
+        };
         let mut image = Image::new_target_texture(lens.width, lens.height, format, None);
         image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
         let target = self.add(image);
         let projection = match lens.orthographic {
             Some(height) => Projection::Orthographic(OrthographicProjection {
-                scaling_mode: bevy::camera::ScalingMode::FixedVertical { viewport_height: height },
+                scaling_mode: bevy::camera::ScalingMode::FixedVertical {
+                    viewport_height: height,
+                },
                 ..OrthographicProjection::default_3d()
             }),
             None => Projection::Perspective(PerspectiveProjection::default()),
@@ -185,7 +214,10 @@ impl Stage {
         let (mut count, mut calm) = (0, 0);
         for _ in 0..200 {
             self.app.update();
-            assert!(self.app.should_exit().is_none(), "the renderer stopped: a validation error");
+            assert!(
+                self.app.should_exit().is_none(),
+                "the renderer stopped: a validation error"
+            );
             let cache = self.app.sub_app(RenderApp).world().resource::<PipelineCache>();
             let errors: Vec<String> = cache
                 .pipelines()
@@ -200,7 +232,11 @@ impl Stage {
                 .collect();
             assert!(errors.is_empty(), "pipelines failed:\n{}", errors.join("\n"));
             let now = cache.pipelines().count();
-            calm = if cache.waiting_pipelines().count() == 0 && now == count { calm + 1 } else { 0 };
+            calm = if cache.waiting_pipelines().count() == 0 && now == count {
+                calm + 1
+            } else {
+                0
+            };
             count = now;
             if calm >= 3 {
                 return;
@@ -227,22 +263,39 @@ impl Stage {
             }
         }
         self.app.world_mut().despawn(reader);
-        let data = self.app.world_mut().resource_mut::<Received>().0.take().expect("no picture came back");
+        let data = self
+            .app
+            .world_mut()
+            .resource_mut::<Received>()
+            .0
+            .take()
+            .expect("no picture came back");
         let image = self.app.world().resource::<Assets<Image>>().get(target).unwrap();
         let (width, height) = (image.width() as usize, image.height() as usize);
         let half_float = image.texture_descriptor.format == TextureFormat::Rgba16Float;
         let pixel = if half_float { 8 } else { 4 };
         let row = (width * pixel).next_multiple_of(256);
-        let row = if data.len() == width * height * pixel { width * pixel } else { row };
+        let row = if data.len() == width * height * pixel {
+            width * pixel
+        } else {
+            row
+        };
         let mut pixels = Vec::with_capacity(width * height);
         for y in 0..height {
             for x in 0..width {
                 let bytes = &data[y * row + x * pixel..][..pixel];
                 pixels.push(if half_float {
-                    Vec4::from_array(std::array::from_fn(|c| half(u16::from_le_bytes([bytes[2 * c], bytes[2 * c + 1]]))))
+                    Vec4::from_array(std::array::from_fn(|c| {
+                        half(u16::from_le_bytes([bytes[2 * c], bytes[2 * c + 1]]))
+                    }))
                 } else {
                     let linear = |v: u8| Srgba::gamma_function(f32::from(v) / 255.0);
-                    Vec4::new(linear(bytes[0]), linear(bytes[1]), linear(bytes[2]), f32::from(bytes[3]) / 255.0)
+                    Vec4::new(
+                        linear(bytes[0]),
+                        linear(bytes[1]),
+                        linear(bytes[2]),
+                        f32::from(bytes[3]) / 255.0,
+                    )
                 });
             }
         }
@@ -269,8 +322,17 @@ impl Stage {
         self.app
             .world_mut()
             .spawn((
-                DirectionalLight { illuminance: 3_000.0, shadow_maps_enabled, ..default() },
-                CascadeShadowConfigBuilder { num_cascades: 1, maximum_distance: 12.0, ..default() }.build(),
+                DirectionalLight {
+                    illuminance: 3_000.0,
+                    shadow_maps_enabled,
+                    ..default()
+                },
+                CascadeShadowConfigBuilder {
+                    num_cascades: 1,
+                    maximum_distance: 12.0,
+                    ..default()
+                }
+                .build(),
                 Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Z),
             ))
             .id()
