@@ -51,22 +51,15 @@ impl Patterned {
 fn jittered_torus(frequency: f32, symmetry: Symmetry) -> Patterned {
     let (rings, sides) = (48, 24);
     let mut noise = Noise(7);
-    let mut surface = Patterned {
-        positions: vec![],
-        triangles: vec![],
-        directions: vec![],
-        frequencies: vec![],
-        z: vec![],
-    };
+    let mut surface =
+        Patterned { positions: vec![], triangles: vec![], directions: vec![], frequencies: vec![], z: vec![] };
     for i in 0..rings {
         for j in 0..sides {
             let (u, v) = (i as f32 / rings as f32 * TAU, j as f32 / sides as f32 * TAU);
             let radial = Vec3::new(u.cos(), 0.0, u.sin());
             let normal = radial * v.cos() + Vec3::Y * v.sin();
             let p = 0.35 * radial + 0.15 * normal + 0.01 * noise.vector();
-            let d = (Vec3::new(0.15, 1.0, 0.1) + 0.3 * noise.vector())
-                .reject_from(normal)
-                .normalize();
+            let d = (Vec3::new(0.15, 1.0, 0.1) + 0.3 * noise.vector()).reject_from(normal).normalize();
             let turned = symmetry == Symmetry::Line && noise.next() < 0.3;
             surface.positions.push(p);
             surface.directions.push(if turned { -d } else { d });
@@ -97,11 +90,7 @@ fn edge_jumps(surface: &Patterned, symmetry: Symmetry) -> (f32, f32, usize) {
         for sample in 0..9 {
             let along = 0.05 + 0.1125 * sample as f32;
             let wave = |(t, k): (usize, usize)| {
-                let from_low = if surface.triangles[t][k] == low {
-                    along
-                } else {
-                    1.0 - along
-                };
+                let from_low = if surface.triangles[t][k] == low { along } else { 1.0 - along };
                 let mut b = Vec3::ZERO;
                 b[k] = 1.0 - from_low;
                 b[(k + 1) % 3] = from_low;
@@ -130,10 +119,7 @@ fn sine_is_continuous_across_edges() {
         let (even, odd, odd_samples) = edge_jumps(&jittered_torus(frequency, Symmetry::Line), Symmetry::Line);
         assert!(even <= allowed, "f = {frequency}: jump {even}");
         assert!(odd <= allowed, "f = {frequency}: jump {odd} at odd triangles");
-        assert!(
-            odd_samples > 50,
-            "the surface must have odd triangles, or the test shows nothing"
-        );
+        assert!(odd_samples > 50, "the surface must have odd triangles, or the test shows nothing");
         let (jump, _, _) = edge_jumps(&jittered_torus(frequency, Symmetry::Vector), Symmetry::Vector);
         assert!(jump <= allowed, "f = {frequency}: jump {jump} on a vector field");
     }
@@ -154,23 +140,15 @@ fn continuity_test_can_fail() {
     let b = Vec3::new(0.5, 0.5, 0.0);
     let jump = wave_in_triangle(&before, Symmetry::Line, b).value
         - wave_in_triangle(&surface.corners(100), Symmetry::Line, b).value;
-    assert!(
-        jump.abs() > 1e-3,
-        "one corner out of phase must show on its edges: {jump}"
-    );
+    assert!(jump.abs() > 1e-3, "one corner out of phase must show on its edges: {jump}");
 }
 
 /// A flat grid with jittered vertices and exact phases.
 fn flat(phase: impl Fn(Vec3) -> f32, direction: impl Fn(Vec3) -> Vec3, frequency: f32) -> Patterned {
     let n = 9;
     let mut noise = Noise(3);
-    let mut surface = Patterned {
-        positions: vec![],
-        triangles: vec![],
-        directions: vec![],
-        frequencies: vec![],
-        z: vec![],
-    };
+    let mut surface =
+        Patterned { positions: vec![], triangles: vec![], directions: vec![], frequencies: vec![], z: vec![] };
     for j in 0..n {
         for i in 0..n {
             let p = Vec3::new(i as f32 + 0.4 * noise.next(), j as f32 + 0.4 * noise.next(), 0.0) / (n - 1) as f32;
@@ -236,11 +214,7 @@ fn radial_field_is_straight_at_many_periods_per_edge() {
 #[test]
 fn gradient_is_the_derivative_of_the_phase() {
     let center = Vec3::new(-0.6, 0.5, 0.0);
-    let surface = flat(
-        |p| 20.0 * p.distance(center) + 0.02 * (40.0 * p.y).sin(),
-        |p| (p - center).normalize(),
-        20.0,
-    );
+    let surface = flat(|p| 20.0 * p.distance(center) + 0.02 * (40.0 * p.y).sin(), |p| (p - center).normalize(), 20.0);
     let h = 1e-3;
     for t in 0..surface.triangles.len() {
         let corners = surface.corners(t);
@@ -251,10 +225,7 @@ fn gradient_is_the_derivative_of_the_phase() {
             let turns = (after.phasor.to_angle() - before.phasor.to_angle()) / TAU;
             let predicted = wave(b).gradient.dot(after.position - before.position);
             let scale = 20.0 * (after.position - before.position).length();
-            assert!(
-                (turns - turns.round() - predicted).abs() < 0.05 * scale,
-                "{turns} against {predicted}"
-            );
+            assert!((turns - turns.round() - predicted).abs() < 0.05 * scale, "{turns} against {predicted}");
         }
     }
 }
@@ -283,38 +254,16 @@ fn turning_a_direction_round_changes_nothing() {
 
 #[test]
 fn broken_data_gives_finite_numbers() {
-    let zero = Corners {
-        position: [Vec3::ZERO; 3],
-        direction: [Vec3::ZERO; 3],
-        frequency: Vec3::ZERO,
-        z: [Vec2::ZERO; 3],
-    };
+    let zero =
+        Corners { position: [Vec3::ZERO; 3], direction: [Vec3::ZERO; 3], frequency: Vec3::ZERO, z: [Vec2::ZERO; 3] };
     let good = jittered_torus(40.0, Symmetry::Vector).corners(0);
-    let cancelling = Corners {
-        direction: [Vec3::X, Vec3::NEG_X, Vec3::ZERO],
-        ..good
-    };
-    let line = Corners {
-        position: [Vec3::ZERO, Vec3::X, 2.0 * Vec3::X],
-        ..good
-    };
-    let far = Corners {
-        position: good.position.map(|p| p + Vec3::splat(1e6)),
-        ..good
-    };
-    let no_phase = Corners {
-        z: [Vec2::ZERO; 3],
-        ..good
-    };
+    let cancelling = Corners { direction: [Vec3::X, Vec3::NEG_X, Vec3::ZERO], ..good };
+    let line = Corners { position: [Vec3::ZERO, Vec3::X, 2.0 * Vec3::X], ..good };
+    let far = Corners { position: good.position.map(|p| p + Vec3::splat(1e6)), ..good };
+    let no_phase = Corners { z: [Vec2::ZERO; 3], ..good };
     for corners in [zero, good, cancelling, line, far, no_phase] {
         for symmetry in [Symmetry::Line, Symmetry::Vector] {
-            for b in [
-                Vec3::X,
-                Vec3::Y,
-                Vec3::Z,
-                Vec3::splat(1.0 / 3.0),
-                Vec3::new(0.5, 0.5, 0.0),
-            ] {
+            for b in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::splat(1.0 / 3.0), Vec3::new(0.5, 0.5, 0.0)] {
                 let wave = wave_in_triangle(&corners, symmetry, b);
                 assert!(wave.phasor.is_finite() && wave.gradient.is_finite() && wave.direction.is_finite());
                 assert!(wave.value.abs() <= 1.0 + 1e-6 && (0.0..=1.0 + 1e-5).contains(&wave.confidence));
@@ -322,14 +271,8 @@ fn broken_data_gives_finite_numbers() {
         }
     }
     let half = Vec3::new(0.5, 0.5, 0.0);
-    assert!(
-        wave_in_triangle(&cancelling, Symmetry::Vector, half).confidence < 0.01,
-        "opposed directions are no wave"
-    );
-    assert!(
-        wave_in_triangle(&no_phase, Symmetry::Line, half).confidence < 0.01,
-        "no phasors are no wave"
-    );
+    assert!(wave_in_triangle(&cancelling, Symmetry::Vector, half).confidence < 0.01, "opposed directions are no wave");
+    assert!(wave_in_triangle(&no_phase, Symmetry::Line, half).confidence < 0.01, "no phasors are no wave");
 }
 
 #[test]
@@ -356,23 +299,12 @@ fn memory_is_read_as_laid_out() {
         waves[1 + vertex] = corners.z[m];
     }
     let b = Vec3::new(0.5, 0.3, 0.2);
-    let memory = PatternMemory {
-        surface: &surface,
-        geometry: &geometry,
-        wave: &waves,
-    };
-    assert_eq!(
-        sample_wave(&memory, 4, 0, b),
-        wave_in_triangle(&corners, Symmetry::Vector, b)
-    );
+    let memory = PatternMemory { surface: &surface, geometry: &geometry, wave: &waves };
+    assert_eq!(sample_wave(&memory, 4, 0, b), wave_in_triangle(&corners, Symmetry::Vector, b));
     assert!(!sample_wave(&memory, 0, 0, b).defined, "tag 0 means no pattern");
     assert!(!sample_wave(&memory, 4, 1, b).defined, "the record has one triangle");
     assert!(!sample_wave(&memory, 1_000, 0, b).defined, "a tag behind the buffer");
     surface[4 + 2] = FLAG_VECTOR;
-    let memory = PatternMemory {
-        surface: &surface,
-        geometry: &geometry,
-        wave: &waves,
-    };
+    let memory = PatternMemory { surface: &surface, geometry: &geometry, wave: &waves };
     assert!(!sample_wave(&memory, 4, 0, b).defined, "not solved yet");
 }

@@ -56,26 +56,17 @@ pub fn sine_coverage(x: f32, w: f32) -> Coverage {
     let a = PI * w.min(1.0);
     let sinc = if a < 1e-3 { 1.0 } else { a.sin() / a };
     let (sin, cos) = (TAU * wrapped(x)).sin_cos();
-    Coverage {
-        value: 0.5 + 0.5 * sinc * sinc * cos,
-        slope: -PI * sinc * sinc * sin,
-    }
+    Coverage { value: 0.5 + 0.5 * sinc * sinc * cos, slope: -PI * sinc * sinc * sin }
 }
 
 /// A ramp from 0 to 1 that drops at x = -1/4 (where sin Φ = 0 and rises), through a tent of half-width `w` (periods).
 pub fn sawtooth_coverage(x: f32, w: f32) -> Coverage {
     let u = (x + 0.25).rem_euclid(1.0);
     let width = w.clamp(1e-4, 1.0);
-    [0.0, 1.0].into_iter().fold(
-        Coverage {
-            value: u + 1.0,
-            slope: 1.0,
-        },
-        |sum, k| Coverage {
-            value: sum.value - tent_step((u - k) / width),
-            slope: sum.slope - tent((u - k) / width) / width,
-        },
-    )
+    [0.0, 1.0].into_iter().fold(Coverage { value: u + 1.0, slope: 1.0 }, |sum, k| Coverage {
+        value: sum.value - tent_step((u - k) / width),
+        slope: sum.slope - tent((u - k) / width) / width,
+    })
 }
 
 #[cfg(test)]
@@ -114,9 +105,7 @@ mod tests {
     fn slopes_are_derivatives() {
         let h = 1e-3;
         let profiles: [&dyn Fn(f32) -> Coverage; 3] =
-            [&|x| pulse_coverage(x, 0.4, 0.2), &|x| sine_coverage(x, 0.2), &|x| {
-                sawtooth_coverage(x, 0.2)
-            }];
+            [&|x| pulse_coverage(x, 0.4, 0.2), &|x| sine_coverage(x, 0.2), &|x| sawtooth_coverage(x, 0.2)];
         for (index, profile) in profiles.iter().enumerate() {
             for k in 0..50 {
                 let x = k as f32 * 0.02 + 0.003;

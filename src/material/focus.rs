@@ -49,14 +49,7 @@ pub struct Focus {
 
 impl Default for Focus {
     fn default() -> Self {
-        Self {
-            shape: FocusShape::Everywhere,
-            border: 0.0,
-            invert: false,
-            cutout: true,
-            color: true,
-            width: false,
-        }
+        Self { shape: FocusShape::Everywhere, border: 0.0, invert: false, cutout: true, color: true, width: false }
     }
 }
 
@@ -70,21 +63,12 @@ impl Focus {
 
     /// A ball in world space.
     pub fn sphere(center: Vec3, radius: f32) -> Self {
-        Self {
-            shape: FocusShape::Sphere { center, radius },
-            ..default()
-        }
+        Self { shape: FocusShape::Sphere { center, radius }, ..default() }
     }
 
     /// The side of the plane through `point` that `normal` points to, in world space.
     pub fn half_space(point: Vec3, normal: Dir3) -> Self {
-        Self {
-            shape: FocusShape::HalfSpace {
-                normal,
-                distance: normal.dot(point),
-            },
-            ..default()
-        }
+        Self { shape: FocusShape::HalfSpace { normal, distance: normal.dot(point) }, ..default() }
     }
 
     /// How much a point of the world is in focus, 0 to 1: the twin of `focus_weight` in `stripe_style.wgsl`.
@@ -120,9 +104,6 @@ impl Focus {
             (self.color, Self::COLOR),
             (self.width, Self::WIDTH),
         ];
-        limits
-            .into_iter()
-            .filter(|limit| limit.0)
-            .fold(shape, |flags, limit| flags | limit.1)
+        limits.into_iter().filter(|limit| limit.0).fold(shape, |flags, limit| flags | limit.1)
     }
 }

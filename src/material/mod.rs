@@ -67,8 +67,7 @@ impl<M: Material> Plugin for PatternMaterialPlugin<M> {
         if !app.is_plugin_added::<PatternShaderPlugin>() {
             app.add_plugins(PatternShaderPlugin);
         }
-        app.init_resource::<BufferGeneration>()
-            .add_systems(PostUpdate, touch_materials::<M>.before(AssetEventSystems));
+        app.init_resource::<BufferGeneration>().add_systems(PostUpdate, touch_materials::<M>.before(AssetEventSystems));
     }
 }
 

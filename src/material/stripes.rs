@@ -76,12 +76,7 @@ pub struct StripeDrive {
 
 impl Default for StripeDrive {
     fn default() -> Self {
-        Self {
-            base_color: 1.0,
-            emissive: 0.0,
-            roughness: 0.0,
-            bump: 0.0,
-        }
+        Self { base_color: 1.0, emissive: 0.0, roughness: 0.0, bump: 0.0 }
     }
 }
 
@@ -184,12 +179,7 @@ impl Stripes {
                 color: self.color.to_vec4(),
                 gap_color: self.gap_color.to_vec4(),
                 focus_region: self.focus.region(),
-                drive: Vec4::new(
-                    self.drive.base_color,
-                    self.drive.emissive,
-                    self.drive.roughness,
-                    self.drive.bump,
-                ),
+                drive: Vec4::new(self.drive.base_color, self.drive.emissive, self.drive.roughness, self.drive.bump),
                 duty: self.duty.clamp(0.0, 1.0),
                 softness: self.softness.clamp(0.0, 1.0),
                 phase_offset: self.phase_offset,
@@ -248,11 +238,7 @@ pub struct StripesKey {
 
 impl AsBindGroup for Stripes {
     type Data = StripesKey;
-    type Param = (
-        SRes<RenderAssets<GpuImage>>,
-        SRes<FallbackImage>,
-        SRes<RenderAssets<GpuShaderBuffer>>,
-    );
+    type Param = (SRes<RenderAssets<GpuImage>>, SRes<FallbackImage>, SRes<RenderAssets<GpuShaderBuffer>>);
 
     fn label() -> &'static str {
         "stripes"
@@ -274,8 +260,7 @@ impl AsBindGroup for Stripes {
         param: &mut SystemParamItem<'_, '_, Self::Param>,
         force_no_bindless: bool,
     ) -> Result<UnpreparedBindGroup, AsBindGroupError> {
-        self.binding()
-            .unprepared_bind_group(layout, render_device, param, force_no_bindless)
+        self.binding().unprepared_bind_group(layout, render_device, param, force_no_bindless)
     }
 
     fn bind_group_layout_entries(render_device: &RenderDevice, force_no_bindless: bool) -> Vec<BindGroupLayoutEntry> {
@@ -314,22 +299,11 @@ impl MaterialExtension for Stripes {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        let StripesKey {
-            image,
-            cutout,
-            bump,
-            debug,
-        } = key.bind_group_data;
-        let variants = [
-            (image, "STRIPES_IMAGE"),
-            (cutout, "STRIPES_CUTOUT"),
-            (bump, "STRIPES_BUMP"),
-            (debug, "STRIPES_DEBUG"),
-        ];
+        let StripesKey { image, cutout, bump, debug } = key.bind_group_data;
+        let variants =
+            [(image, "STRIPES_IMAGE"), (cutout, "STRIPES_CUTOUT"), (bump, "STRIPES_BUMP"), (debug, "STRIPES_DEBUG")];
         if let Some(fragment) = &mut descriptor.fragment {
-            fragment
-                .shader_defs
-                .extend(variants.into_iter().filter(|v| v.0).map(|v| v.1.into()));
+            fragment.shader_defs.extend(variants.into_iter().filter(|v| v.0).map(|v| v.1.into()));
         }
         Ok(())
     }

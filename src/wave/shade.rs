@@ -79,9 +79,7 @@ impl PatternMemory<'_> {
         let start = tag as usize;
         self.surface
             .get(start..start + words)
-            .map_or_else(PatternRecord::default, |words| {
-                bytemuck::pod_read_unaligned(bytemuck::cast_slice(words))
-            })
+            .map_or_else(PatternRecord::default, |words| bytemuck::pod_read_unaligned(bytemuck::cast_slice(words)))
     }
 
     /// The corners of a triangle; `None` if the record has no such triangle or points outside of the buffers.
@@ -98,10 +96,7 @@ impl PatternMemory<'_> {
             z: [Vec2::ZERO; 3],
         };
         for (m, &vertex) in vertices.iter().enumerate() {
-            corners.position[m] = self
-                .geometry
-                .get((record.geometry_base + 2 * vertex) as usize)?
-                .truncate();
+            corners.position[m] = self.geometry.get((record.geometry_base + 2 * vertex) as usize)?.truncate();
             let xy = self.wave.get((record.field_base + 2 * vertex) as usize)?;
             let zf = self.wave.get((record.field_base + 2 * vertex + 1) as usize)?;
             corners.direction[m] = Vec3::new(xy.x, xy.y, zf.x);
@@ -119,30 +114,20 @@ pub fn sample_wave(memory: &PatternMemory, tag: u32, triangle: u32, barycentrics
     if tag == 0 || record.flags & FLAG_READY == 0 {
         return Wave::default();
     }
-    let symmetry = if record.flags & FLAG_VECTOR != 0 {
-        Symmetry::Vector
-    } else {
-        Symmetry::Line
-    };
-    memory.corners(&record, triangle).map_or_else(Wave::default, |corners| {
-        wave_in_triangle(&corners, symmetry, barycentrics)
-    })
+    let symmetry = if record.flags & FLAG_VECTOR != 0 { Symmetry::Vector } else { Symmetry::Line };
+    memory
+        .corners(&record, triangle)
+        .map_or_else(Wave::default, |corners| wave_in_triangle(&corners, symmetry, barycentrics))
 }
 
 /// The wave at barycentrics `b` of a triangle.
 pub fn wave_in_triangle(corners: &Corners, symmetry: Symmetry, b: Vec3) -> Wave {
     let [s01, s12, s20] = edge_signs(corners);
     let mut wave = match symmetry {
-        Symmetry::Vector => Wave {
-            vector: true,
-            ..corner_sum(corners, b, b, barycentric_gradients(corners))
-        },
-        Symmetry::Line if s01 * s12 * s20 > 0.0 => corner_sum(
-            &oriented(corners, Vec3::new(1.0, s01, s20)),
-            b,
-            b,
-            barycentric_gradients(corners),
-        ),
+        Symmetry::Vector => Wave { vector: true, ..corner_sum(corners, b, b, barycentric_gradients(corners)) },
+        Symmetry::Line if s01 * s12 * s20 > 0.0 => {
+            corner_sum(&oriented(corners, Vec3::new(1.0, s01, s20)), b, b, barycentric_gradients(corners))
+        }
         Symmetry::Line => odd_wave(corners, b, [s01, s12, s20]),
     };
     wave.defined = true;
@@ -232,27 +217,12 @@ fn in_plane(d: Vec3, gradients: Mat3) -> Vec3 {
 fn odd_wave(corners: &Corners, b: Vec3, [s01, s12, s20]: [f32; 3]) -> Wave {
     let inside = b.max(Vec3::splat(MIN_EDGE_WEIGHT));
     let pairs = [
-        (
-            Vec3::new(inside.x, inside.y, 0.0),
-            Vec3::new(1.0, s01, 1.0),
-            inside.x * inside.y,
-        ),
-        (
-            Vec3::new(0.0, inside.y, inside.z),
-            Vec3::new(1.0, 1.0, s12),
-            inside.y * inside.z,
-        ),
-        (
-            Vec3::new(inside.x, 0.0, inside.z),
-            Vec3::new(1.0, 1.0, s20),
-            inside.z * inside.x,
-        ),
+        (Vec3::new(inside.x, inside.y, 0.0), Vec3::new(1.0, s01, 1.0), inside.x * inside.y),
+        (Vec3::new(0.0, inside.y, inside.z), Vec3::new(1.0, 1.0, s12), inside.y * inside.z),
+        (Vec3::new(inside.x, 0.0, inside.z), Vec3::new(1.0, 1.0, s20), inside.z * inside.x),
     ];
     let total: f32 = pairs.iter().map(|pair| pair.2).sum();
-    let mut blend = Wave {
-        odd: true,
-        ..Wave::default()
-    };
+    let mut blend = Wave { odd: true, ..Wave::default() };
     for (ends, signs, product) in pairs {
         let edge = corner_sum(&oriented(corners, signs), ends / ends.element_sum(), b, Mat3::ZERO);
         // Φ and π - Φ are the same here: take the one with cos Φ >= 0, so that gradients can be added.

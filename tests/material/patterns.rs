@@ -27,13 +27,8 @@ impl Pattern {
     /// A square of `size` in the plane z = 0 with `cells` squared cells, and exact phases of a constant field.
     pub fn plane(size: f32, cells: u32, direction: Vec3, frequency: f32) -> Self {
         let n = cells + 1;
-        let points = (0..n * n).map(|k| {
-            Vec3::new(
-                (k % n) as f32 / cells as f32 - 0.5,
-                (k / n) as f32 / cells as f32 - 0.5,
-                0.0,
-            ) * size
-        });
+        let points = (0..n * n)
+            .map(|k| Vec3::new((k % n) as f32 / cells as f32 - 0.5, (k / n) as f32 / cells as f32 - 0.5, 0.0) * size);
         let positions: Vec<Vec3> = points.collect();
         let triangles = (0..cells * cells)
             .flat_map(|k| {
@@ -143,10 +138,7 @@ pub struct Memory {
 
 impl Memory {
     pub fn new() -> Self {
-        Self {
-            surface: vec![0; 16],
-            ..default()
-        }
+        Self { surface: vec![0; 16], ..default() }
     }
 
     /// Writes a pattern and returns its tag.
@@ -155,11 +147,7 @@ impl Memory {
         let tag = self.surface.len() as u32;
         let triangle_base = tag + 16;
         let class_base = triangle_base + 3 * pattern.triangles.len() as u32;
-        let vector = if pattern.symmetry == Symmetry::Vector {
-            FLAG_VECTOR
-        } else {
-            0
-        };
+        let vector = if pattern.symmetry == Symmetry::Vector { FLAG_VECTOR } else { 0 };
         let record = PatternRecord {
             vertices: count,
             triangles: pattern.triangles.len() as u32,
@@ -176,8 +164,7 @@ impl Memory {
         self.surface.extend(pattern.triangles.iter().flatten());
         self.surface.extend([0, count / 3, 2 * count / 3, count]);
         for v in 0..pattern.positions.len() {
-            self.geometry
-                .extend([pattern.positions[v].extend(0.0), pattern.normals[v].extend(0.0)]);
+            self.geometry.extend([pattern.positions[v].extend(0.0), pattern.normals[v].extend(0.0)]);
             let d = pattern.directions[v];
             self.wave.extend([d.truncate(), Vec2::new(d.z, pattern.frequencies[v])]);
         }
@@ -186,11 +173,7 @@ impl Memory {
     }
 
     pub fn view(&self) -> PatternMemory<'_> {
-        PatternMemory {
-            surface: &self.surface,
-            geometry: &self.geometry,
-            wave: &self.wave,
-        }
+        PatternMemory { surface: &self.surface, geometry: &self.geometry, wave: &self.wave }
     }
 
     /// Sends the contents to the GPU.
@@ -202,10 +185,7 @@ impl Memory {
         ];
         for (handle, bytes) in parts {
             let buffer = ShaderBuffer::new(bytes, RenderAssetUsages::default());
-            app.world_mut()
-                .resource_mut::<Assets<ShaderBuffer>>()
-                .insert(handle.id(), buffer)
-                .unwrap();
+            app.world_mut().resource_mut::<Assets<ShaderBuffer>>().insert(handle.id(), buffer).unwrap();
         }
     }
 }

@@ -35,12 +35,7 @@ pub const TRIANGLE: u32 = 2;
 
 impl Probe {
     pub fn new(mode: u32) -> Self {
-        Self {
-            surface: SURFACE_BUFFER,
-            geometry: GEOMETRY_BUFFER,
-            waves: WAVE_BUFFER,
-            mode,
-        }
+        Self { surface: SURFACE_BUFFER, geometry: GEOMETRY_BUFFER, waves: WAVE_BUFFER, mode }
     }
 }
 
@@ -64,10 +59,7 @@ impl Material for Probe {
 
 pub fn add_shader(app: &mut App) {
     let shader = Shader::from_wgsl(WGSL, "probe.wgsl");
-    app.world_mut()
-        .resource_mut::<Assets<Shader>>()
-        .insert(SHADER.id(), shader)
-        .unwrap();
+    app.world_mut().resource_mut::<Assets<Shader>>().insert(SHADER.id(), shader).unwrap();
 }
 
 /// A number from two halves: eight bits before, eleven after.

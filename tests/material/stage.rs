@@ -35,10 +35,7 @@ impl Picture {
     }
 
     pub fn luminance(&self) -> Vec<f32> {
-        self.pixels
-            .iter()
-            .map(|p| p.truncate().dot(Vec3::new(0.2126, 0.7152, 0.0722)))
-            .collect()
+        self.pixels.iter().map(|p| p.truncate().dot(Vec3::new(0.2126, 0.7152, 0.0722))).collect()
     }
 
     pub fn mean(&self) -> Vec4 {
@@ -53,11 +50,7 @@ impl Picture {
     }
 
     pub fn max_difference(&self, other: &Self) -> f32 {
-        self.pixels
-            .iter()
-            .zip(&other.pixels)
-            .map(|(a, b)| (*a - *b).abs().max_element())
-            .fold(0.0, f32::max)
+        self.pixels.iter().zip(&other.pixels).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f32::max)
     }
 
     /// Writes a PNG into the directory `PATTERN_PICTURES`, if that is set.
@@ -67,18 +60,10 @@ impl Picture {
         };
         let srgb = |v: f32| {
             let v = v.clamp(0.0, 1.0);
-            let s = if v <= 0.003_130_8 {
-                12.92 * v
-            } else {
-                1.055 * v.powf(1.0 / 2.4) - 0.055
-            };
+            let s = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
             (255.0 * s).round() as u8
         };
-        let bytes: Vec<u8> = self
-            .pixels
-            .iter()
-            .flat_map(|p| [srgb(p.x), srgb(p.y), srgb(p.z), 255])
-            .collect();
+        let bytes: Vec<u8> = self.pixels.iter().flat_map(|p| [srgb(p.x), srgb(p.y), srgb(p.z), 255]).collect();
         let image = Image::new(
             bevy::render::render_resource::Extent3d {
                 width: self.width as u32,
@@ -131,15 +116,8 @@ pub struct Stage {
 
 fn headless_plugins() -> PluginGroupBuilder {
     DefaultPlugins
-        .set(WindowPlugin {
-            primary_window: None,
-            exit_condition: ExitCondition::DontExit,
-            ..default()
-        })
-        .set(RenderPlugin {
-            synchronous_pipeline_compilation: true,
-            ..default()
-        })
+        .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
+        .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
         .disable::<WinitPlugin>()
         .disable::<PipelinedRenderingPlugin>()
 }
@@ -177,19 +155,13 @@ impl Stage {
 
     /// A camera that looks into an own picture.
     pub fn camera(&mut self, lens: Lens) -> (Entity, Handle<Image>) {
-        let format = if lens.hdr {
-            TextureFormat::Rgba16Float
-        } else {
-            TextureFormat::Rgba8UnormSrgb
-        };
+        let format = if lens.hdr { TextureFormat::Rgba16Float } else { TextureFormat::Rgba8UnormSrgb };
         let mut image = Image::new_target_texture(lens.width, lens.height, format, None);
         image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
         let target = self.add(image);
         let projection = match lens.orthographic {
             Some(height) => Projection::Orthographic(OrthographicProjection {
-                scaling_mode: bevy::camera::ScalingMode::FixedVertical {
-                    viewport_height: height,
-                },
+                scaling_mode: bevy::camera::ScalingMode::FixedVertical { viewport_height: height },
                 ..OrthographicProjection::default_3d()
             }),
             None => Projection::Perspective(PerspectiveProjection::default()),
@@ -214,10 +186,7 @@ impl Stage {
         let (mut count, mut calm) = (0, 0);
         for _ in 0..200 {
             self.app.update();
-            assert!(
-                self.app.should_exit().is_none(),
-                "the renderer stopped: a validation error"
-            );
+            assert!(self.app.should_exit().is_none(), "the renderer stopped: a validation error");
             let cache = self.app.sub_app(RenderApp).world().resource::<PipelineCache>();
             let errors: Vec<String> = cache
                 .pipelines()
@@ -232,11 +201,7 @@ impl Stage {
                 .collect();
             assert!(errors.is_empty(), "pipelines failed:\n{}", errors.join("\n"));
             let now = cache.pipelines().count();
-            calm = if cache.waiting_pipelines().count() == 0 && now == count {
-                calm + 1
-            } else {
-                0
-            };
+            calm = if cache.waiting_pipelines().count() == 0 && now == count { calm + 1 } else { 0 };
             count = now;
             if calm >= 3 {
                 return;
@@ -263,23 +228,13 @@ impl Stage {
             }
         }
         self.app.world_mut().despawn(reader);
-        let data = self
-            .app
-            .world_mut()
-            .resource_mut::<Received>()
-            .0
-            .take()
-            .expect("no picture came back");
+        let data = self.app.world_mut().resource_mut::<Received>().0.take().expect("no picture came back");
         let image = self.app.world().resource::<Assets<Image>>().get(target).unwrap();
         let (width, height) = (image.width() as usize, image.height() as usize);
         let half_float = image.texture_descriptor.format == TextureFormat::Rgba16Float;
         let pixel = if half_float { 8 } else { 4 };
         let row = (width * pixel).next_multiple_of(256);
-        let row = if data.len() == width * height * pixel {
-            width * pixel
-        } else {
-            row
-        };
+        let row = if data.len() == width * height * pixel { width * pixel } else { row };
         let mut pixels = Vec::with_capacity(width * height);
         for y in 0..height {
             for x in 0..width {
@@ -290,12 +245,7 @@ impl Stage {
                     }))
                 } else {
                     let linear = |v: u8| Srgba::gamma_function(f32::from(v) / 255.0);
-                    Vec4::new(
-                        linear(bytes[0]),
-                        linear(bytes[1]),
-                        linear(bytes[2]),
-                        f32::from(bytes[3]) / 255.0,
-                    )
+                    Vec4::new(linear(bytes[0]), linear(bytes[1]), linear(bytes[2]), f32::from(bytes[3]) / 255.0)
                 });
             }
         }
@@ -322,17 +272,8 @@ impl Stage {
         self.app
             .world_mut()
             .spawn((
-                DirectionalLight {
-                    illuminance: 3_000.0,
-                    shadow_maps_enabled,
-                    ..default()
-                },
-                CascadeShadowConfigBuilder {
-                    num_cascades: 1,
-                    maximum_distance: 12.0,
-                    ..default()
-                }
-                .build(),
+                DirectionalLight { illuminance: 3_000.0, shadow_maps_enabled, ..default() },
+                CascadeShadowConfigBuilder { num_cascades: 1, maximum_distance: 12.0, ..default() }.build(),
                 Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Z),
             ))
             .id()
