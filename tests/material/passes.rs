@@ -14,7 +14,7 @@ use bevy_field_patterns::material::*;
 
 use crate::{
     Scene, black_on_white, square_on,
-    stage::{Lens, Picture},
+    stage::Lens,
     torus_view, unlit,
 };
 
