@@ -48,6 +48,7 @@
 
 use bevy::app::{PluginGroup, PluginGroupBuilder};
 
+pub mod diagnostics;
 pub mod error;
 pub mod field;
 pub mod material;
@@ -75,6 +76,7 @@ impl PluginGroup for FieldPatternsPlugin {
         PluginGroupBuilder::start::<Self>()
             .add(wave::WavePlugin)
             .add(material::StripeMaterialPlugin)
+            .add(diagnostics::PatternDiagnosticsPlugin)
     }
 }
 

@@ -411,3 +411,42 @@ fn world_space_counts_stripes_per_unit_of_the_world() {
         "{in_world:?} {in_mesh:?}"
     );
 }
+
+#[test]
+fn diagnostics_tell_energy_and_branches() {
+    use bevy::{diagnostic::DiagnosticsStore, render::diagnostic::RenderDiagnosticsPlugin};
+    use bevy_field_patterns::diagnostics::{BRANCHES, ENERGY, MEMORY, SWEEPS};
+    let mut app = common::headless::headless_app(UVec2::splat(16)).unwrap();
+    app.add_plugins((FieldPatternsPlugin, RenderDiagnosticsPlugin));
+    common::headless::wait_until_ready(&mut app).unwrap();
+    let mesh = add_mesh(&mut app, &shapes::torus(70, 36, 1.0, 0.4, 0.25, 5));
+    let spawn = (Mesh3d(mesh), DirectionField::Axis(Dir3::Y), Frequency::Uniform(8.0));
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    // Frames that change nothing but solve again, since values arrive a few frames late.
+    for _ in 0..8 {
+        app.world_mut().trigger(RestartPattern { entity });
+        update(&mut app);
+        common::gpu::wait(&app);
+    }
+    let (d, f, z) = wave(&app, entity);
+    let q = quality(&graph(&app, entity), &d, &f, &z, Symmetry::Vector);
+    let value = |path| {
+        app.world()
+            .resource::<DiagnosticsStore>()
+            .get(path)
+            .and_then(|d| d.value())
+    };
+    let energy = value(&ENERGY).expect("an energy");
+    assert!((energy - q.energy).abs() < 1e-3 * q.energy, "{energy} {q:?}");
+    assert!(
+        (value(&BRANCHES).expect("branches") - q.branches as f64).abs() < 0.5,
+        "{q:?}"
+    );
+    assert!(
+        value(&SWEEPS).is_some_and(|sweeps| sweeps == 14.0),
+        "{:?}",
+        value(&SWEEPS)
+    );
+    assert!(value(&MEMORY).is_some_and(|bytes| bytes > 0.0));
+}
