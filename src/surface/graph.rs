@@ -170,6 +170,15 @@ impl SurfaceGraph {
         self.positions.is_empty()
     }
 
+    /// The first of the mesh's vertices at each graph vertex: an id that does not depend on the solver order.
+    pub fn first_vertices(&self) -> Vec<u32> {
+        let mut first = vec![0; self.len()];
+        for (vertex, &v) in self.vertex_of.iter().enumerate().rev() {
+            first[v as usize] = vertex as u32;
+        }
+        first
+    }
+
     /// The finest level: the surface's own edges.
     pub fn mesh_level(&self) -> &Level {
         &self.levels[0]

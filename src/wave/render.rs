@@ -41,6 +41,7 @@ pub(crate) struct GpuStatus(Arc<Status>);
 
 #[derive(Default)]
 struct Status {
+    absent: AtomicBool,
     ready: AtomicBool,
     reports: AtomicBool,
     generation: AtomicU32,
@@ -49,6 +50,11 @@ struct Status {
 }
 
 impl GpuStatus {
+    /// The app renders nothing.
+    pub(crate) fn is_absent(&self) -> bool {
+        self.0.absent.load(Relaxed)
+    }
+
     /// All pipelines are compiled.
     pub(crate) fn is_ready(&self) -> bool {
         self.0.ready.load(Relaxed)
@@ -134,6 +140,7 @@ pub(crate) fn build(app: &mut App) {
     embedded_asset!(app, "sweep.wgsl");
     embedded_asset!(app, "measure.wgsl");
     let status = GpuStatus::default();
+    status.0.absent.store(app.get_sub_app(RenderApp).is_none(), Relaxed);
     let counters = SolverCounters::default();
     app.insert_resource(status.clone()).insert_resource(counters.clone());
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {

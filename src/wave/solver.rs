@@ -260,18 +260,23 @@ pub fn align(level: &Level, edges: &Edges, z: &mut [Vec2], sigma: &mut [f32]) {
     }
 }
 
-/// The weights A, B of the coarser level: exact sums over the fine edges between two aggregates.
+/// The weights A, B of the coarser level: exact sums over the fine edges between two aggregates p < q. The edge back
+/// has the weights conj(A) and B, since the energy is one.
 pub fn coarsen(level: &Level, edges: &Edges, z: &[Vec2], sigma: &[f32], coarse: &Level) -> Edges {
     let mut ab = vec![[Vec2::ZERO; 2]; coarse.neighbors.len()];
-    for p in 0..coarse.len() {
-        let range = coarse.edges(p);
+    for p in 0..coarse.len() as u32 {
+        let range = coarse.edges(p as usize);
         let neighbors = &coarse.neighbors[range.clone()];
-        let children = level.child_offsets[p] as usize..level.child_offsets[p + 1] as usize;
+        let children = level.child_offsets[p as usize] as usize..level.child_offsets[p as usize + 1] as usize;
         for &i in &level.children[children] {
             let i = i as usize;
             for k in level.edges(i) {
                 let j = level.neighbors[k] as usize;
-                let Ok(n) = neighbors.binary_search(&level.parents[j]) else {
+                let parent = level.parents[j];
+                if parent <= p {
+                    continue;
+                }
+                let Ok(n) = neighbors.binary_search(&parent) else {
                     continue;
                 };
                 let [a, b] = edges.pair(k);
@@ -286,6 +291,13 @@ pub fn coarsen(level: &Level, edges: &Edges, z: &[Vec2], sigma: &[f32], coarse: 
                 let sum = &mut ab[range.start + n];
                 sum[0] += al;
                 sum[1] += be;
+            }
+        }
+        for (n, &q) in neighbors.iter().enumerate().filter(|&(_, &q)| q > p) {
+            let back = coarse.edges(q as usize);
+            if let Ok(m) = coarse.neighbors[back.clone()].binary_search(&p) {
+                let [a, b] = ab[range.start + n];
+                ab[back.start + m] = [conj(a), b];
             }
         }
     }
@@ -382,7 +394,7 @@ pub fn solve_cpu(
                 sweeps: settings.soft_sweeps + settings.plain_sweeps,
             }
         }
-        ColdStart::Local(rule) => solve_local(graph.mesh_level(), &fine, &sums, rule),
+        ColdStart::Local(rule) => solve_local(graph, &fine, &sums, rule),
     }
 }
 
@@ -464,8 +476,13 @@ fn cold_start(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32)
     y
 }
 
-fn solve_local(level: &Level, edges: &Edges, sums: &[f32], rule: &LocalRule) -> Solution {
-    let mut z: Vec<Vec2> = (0..level.len() as u32).map(|i| phasor(hash_turns(i))).collect();
+fn solve_local(graph: &SurfaceGraph, edges: &Edges, sums: &[f32], rule: &LocalRule) -> Solution {
+    let level = graph.mesh_level();
+    let mut z: Vec<Vec2> = graph
+        .first_vertices()
+        .into_iter()
+        .map(|id| phasor(hash_turns(id)))
+        .collect();
     let mut delta = vec![Vec2::ZERO; z.len()];
     let mut before = f32::INFINITY;
     let mut sweeps = 0;
