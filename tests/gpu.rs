@@ -431,22 +431,23 @@ fn diagnostics_tell_energy_and_branches() {
     }
     let (d, f, z) = wave(&app, entity);
     let q = quality(&graph(&app, entity), &d, &f, &z, Symmetry::Vector);
+    let (energy, branches, sweeps, memory) = (ENERGY, BRANCHES, SWEEPS, MEMORY);
     let value = |path| {
         app.world()
             .resource::<DiagnosticsStore>()
             .get(path)
             .and_then(|d| d.value())
     };
-    let energy = value(&ENERGY).expect("an energy");
-    assert!((energy - q.energy).abs() < 1e-3 * q.energy, "{energy} {q:?}");
+    let reported = value(&energy).expect("an energy");
+    assert!((reported - q.energy).abs() < 1e-3 * q.energy, "{reported} {q:?}");
     assert!(
-        (value(&BRANCHES).expect("branches") - q.branches as f64).abs() < 0.5,
+        (value(&branches).expect("branches") - q.branches as f64).abs() < 0.5,
         "{q:?}"
     );
     assert!(
-        value(&SWEEPS).is_some_and(|sweeps| sweeps == 14.0),
+        value(&sweeps).is_some_and(|sweeps| sweeps == 14.0),
         "{:?}",
-        value(&SWEEPS)
+        value(&sweeps)
     );
-    assert!(value(&MEMORY).is_some_and(|bytes| bytes > 0.0));
+    assert!(value(&memory).is_some_and(|bytes| bytes > 0.0));
 }

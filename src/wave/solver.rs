@@ -3,13 +3,13 @@
 //! In: a graph, a direction d and a frequency f per vertex. Out: a unit phasor z per vertex.
 //!
 //! Every vertex i sees each neighbour j through the edge's phase Φ_ji (Eq. 3 of Lichtenberg et al. 2018): as
-//! w e^{iΦ_ji} z_j, or, where the two directions are opposed on a line field, as w · -conj(e^{iΦ_ji} z_j). A sweep moves
+//! `w e^{iΦ_ji} z_j`, or, where the two directions are opposed on a line field, as `-w conj(e^{iΦ_ji} z_j)`. A sweep moves
 //! every z_i towards the sum t_i of what it sees, one colour class after the other; each such move lowers the energy
 //! E = Σ w (1 - cos r) over the edges, r being the phase an edge is off by (Eq. 4, 5).
 //!
 //! The cold start is a Galerkin hierarchy. A coarse node p stands for one rigid phase rotation y_p of all its children,
-//! z_i ← z_i y_p (σ_i = +1) or z_i conj(y_p) (σ_i = -1); in these unknowns the energy has the same form again, with
-//! t_p = Σ A_pq y_q + B_pq conj(y_q), and the coarse weights A, B are exact sums over the fine edges between two
+//! `z_i ← z_i y_p` (σ_i = +1) or `z_i conj(y_p)` (σ_i = -1); in these unknowns the energy has the same form again, with
+//! `t_p = Σ A_pq y_q + B_pq conj(y_q)`, and the coarse weights A, B are exact sums over the fine edges between two
 //! aggregates. No coarse position, normal or direction is needed.
 
 use super::kite::{cmul, edge_phase, phasor, reversed};
@@ -119,7 +119,7 @@ pub enum Relaxation {
 /// The edge constants of one level.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Edges {
-    /// The mesh: E = w e^{iΦ_ji} per directed edge; the lowest bit of E.x says that the edge flips.
+    /// The mesh: `E = w e^{iΦ_ji}` per directed edge; the lowest bit of E.x says that the edge flips.
     Fine(Vec<Vec2>),
     /// A coarse level: A and B per directed edge.
     Coarse(Vec<[Vec2; 2]>),
@@ -127,7 +127,7 @@ pub enum Edges {
 
 impl Edges {
     /// What the target of edge `k` sees of its source's phasor `z`.
-    fn seen(&self, k: usize, z: Vec2) -> Vec2 {
+    pub fn seen(&self, k: usize, z: Vec2) -> Vec2 {
         match self {
             Self::Fine(e) => {
                 let seen = cmul(e[k], z);
@@ -165,9 +165,9 @@ pub fn normalize_or(z: Vec2, fallback: Vec2) -> Vec2 {
     if r > 1e-14 { z / r } else { fallback }
 }
 
-/// The edge pass (Eq. 3, kite form): w e^{iΦ_ji} and flip of every directed edge, and the sum of weights per vertex.
+/// The edge pass (Eq. 3, kite form): `w e^{iΦ_ji}` and flip of every directed edge, and the sum of weights per vertex.
 ///
-/// `directions` and `frequencies` are one per vertex, in solver order; Φ_ji = 2π (f_i + f_j)/2 · aligned distance.
+/// `directions` and `frequencies` are one per vertex, in solver order; `Φ_ji = 2π (f_i + f_j)/2` times the aligned distance.
 pub fn edges(graph: &SurfaceGraph, directions: &[Vec3], frequencies: &[f32], symmetry: Symmetry) -> (Edges, Vec<f32>) {
     let level = graph.mesh_level();
     let mut e = vec![Vec2::ZERO; level.neighbors.len()];
