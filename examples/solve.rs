@@ -7,6 +7,8 @@
 //! Frequencies are per unit length of the file. The GPU solves by the plugin in an app without window or camera; `cold`
 //! and `warm3` are whole frames of that app until the device is idle, so they contain Bevy's own two milliseconds or so.
 
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command line tool")]
+
 mod common;
 
 use bevy::{

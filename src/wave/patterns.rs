@@ -431,7 +431,8 @@ fn update_inputs(
     };
     pattern.geometry = surface.geometry;
     pattern.inputs = inputs;
-    if !turned && !item.frequency.is_changed() && pattern.task.is_none() {
+    let waits = pattern.phase == Phase::Waiting;
+    if !turned && !item.frequency.is_changed() && pattern.task.is_none() && !waits {
         return Ok(Changed::Nothing);
     }
     let Some(graph) = tools.graphs.get(&surface.graph) else {

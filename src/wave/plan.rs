@@ -12,7 +12,7 @@ use std::{ops::Range, sync::Arc};
 
 /// The compute passes; each is an entry point of the same name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Pass {
+pub(crate) enum Pass {
     /// Directions of entities that follow an axis.
     ProjectAxis,
     /// Edge constants.
@@ -51,7 +51,7 @@ pub enum Pass {
 
 impl Pass {
     /// All passes, in the order of their discriminants.
-    pub const ALL: [Self; 17] = [
+    pub(crate) const ALL: [Self; 17] = [
         Self::ProjectAxis,
         Self::EdgeWeights,
         Self::Align,
@@ -72,7 +72,7 @@ impl Pass {
     ];
 
     /// Name of the entry point.
-    pub fn entry_point(self) -> &'static str {
+    pub(crate) fn entry_point(self) -> &'static str {
         match self {
             Self::ProjectAxis => "project_axis",
             Self::EdgeWeights => "edge_weights",
