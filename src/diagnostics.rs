@@ -1,7 +1,8 @@
 //! What patterns cost and how good they are, as Bevy diagnostics.
 //!
 //! [`PatternDiagnosticsPlugin`] publishes counts of the main world. Energies and branches are summed on the GPU, and GPU
-//! times are taken, only while somebody adds Bevy's `RenderDiagnosticsPlugin`; their paths are listed here as well.
+//! times are taken, only while somebody adds Bevy's `RenderDiagnosticsPlugin`, and on devices that can query timestamps;
+//! their paths are listed here as well.
 
 use crate::wave::{PatternArena, SolverCounters};
 use bevy::{
