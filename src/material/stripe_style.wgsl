@@ -8,7 +8,6 @@
 // focus      1 where the style applies, 0 where not
 
 #import bevy_field_patterns::triangle_wave::Wave
-#import bevy_field_patterns::wave::footprint
 #import bevy_field_patterns::coverage::{Coverage, soft_width, pulse_coverage, sine_coverage, sawtooth_coverage}
 
 const TAU: f32 = 6.283185307179586;
@@ -128,10 +127,11 @@ fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
     out.focus = focus_weight(world_position);
     let profile = profile_of(wave);
     let turns = turns_of(wave, time);
-    let width = footprint(wave);
+    let width = wave.footprint;
     let duty = stripes.duty * limited(out.focus, FOCUS_WIDTH);
-    // Near a branch the phase means nothing: fade to the mean.
-    let certain = smoothstep(0.05, 0.25, wave.confidence);
+    // At a branch the phase means nothing: fade to the mean. Close to it the footprint blurs by itself, as much as the
+    // distance of the view needs; a wide fade would be seen as a spot.
+    let certain = smoothstep(0.01, 0.08, wave.confidence);
 
     let sharp = profile_coverage(profile, turns, duty, width);
     out.periods = width;
@@ -150,7 +150,8 @@ fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
 
     // A bump needs a slope to be seen: its edges are bevelled, however sharp the colours are.
     let bevelled = profile_coverage(profile, turns, duty, max(width, 0.25 * min(duty, 1.0 - duty)));
-    out.slope = bevelled.slope * certain * wave.per_pixel;
+    // Its fade at a branch is wide, or the tip of a stripe would be a needle.
+    out.slope = bevelled.slope * smoothstep(0.05, 0.3, wave.confidence) * wave.per_pixel;
     return out;
 }
 

@@ -44,6 +44,8 @@ struct Wave {
     normal: vec3<f32>,
     // Derivatives of Phi / 2 pi along the screen [periods/pixel]; filled by `sample_wave`.
     per_pixel: vec2<f32>,
+    // How much of a period one pixel covers [periods/pixel]; filled by `sample_wave`.
+    footprint: f32,
 }
 
 fn wave_in_triangle(corners: Corners, vector: bool, b: vec3<f32>) -> Wave {
