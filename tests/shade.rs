@@ -283,8 +283,12 @@ fn turning_a_direction_round_changes_nothing() {
 
 #[test]
 fn broken_data_gives_finite_numbers() {
-    let zero =
-        Corners { position: [Vec3::ZERO; 3], direction: [Vec3::ZERO; 3], frequency: Vec3::ZERO, z: [Vec2::ZERO; 3] };
+    let zero = Corners {
+        position: [Vec3::ZERO; 3],
+        direction: [Vec3::ZERO; 3],
+        frequency: Vec3::ZERO,
+        z: [Vec2::ZERO; 3],
+    };
     let good = jittered_torus(40.0, Symmetry::Vector).corners(0);
     let cancelling = Corners {
         direction: [Vec3::X, Vec3::NEG_X, Vec3::ZERO],

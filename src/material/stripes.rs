@@ -190,7 +190,12 @@ impl Stripes {
                 color: self.color.to_vec4(),
                 gap_color: self.gap_color.to_vec4(),
                 focus_region: self.focus.region(),
-                drive: Vec4::new(self.drive.base_color, self.drive.emissive, self.drive.roughness, self.drive.bump),
+                drive: Vec4::new(
+                    self.drive.base_color,
+                    self.drive.emissive,
+                    self.drive.roughness,
+                    self.drive.bump,
+                ),
                 duty: self.duty.clamp(0.0, 1.0),
                 softness: self.softness.clamp(0.0, 1.0),
                 phase_offset: self.phase_offset,

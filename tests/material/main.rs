@@ -648,8 +648,18 @@ fn focus_limits(scene: &mut Scene) {
 /// Images are read over sin Φ and over Φ; far away they are their mean, weighted as the wave dwells on them.
 fn images_are_profiles(scene: &mut Scene) {
     let texels: [[u8; 4]; 4] = [[255, 0, 0, 255], [255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255]];
-    let size = Extent3d { width: 4, height: 1, depth_or_array_layers: 1 };
-    let mut image = Image::new(size, TextureDimension::D2, texels.concat(), TextureFormat::Rgba8Unorm, default());
+    let size = Extent3d {
+        width: 4,
+        height: 1,
+        depth_or_array_layers: 1,
+    };
+    let mut image = Image::new(
+        size,
+        TextureDimension::D2,
+        texels.concat(),
+        TextureFormat::Rgba8Unorm,
+        default(),
+    );
     image.sampler = ImageSampler::Descriptor(ImageSamplerDescriptor {
         address_mode_u: ImageAddressMode::Repeat,
         ..ImageSamplerDescriptor::nearest()
@@ -658,16 +668,30 @@ fn images_are_profiles(scene: &mut Scene) {
     // The wave spends a third of a period below -1/2, a third above 1/2 and a third between.
     let over_sine = Vec3::new(0.5, 1.0 / 6.0, 1.0 / 3.0);
     let over_phase = Vec3::new(0.5, 0.25, 0.25);
-    let looks = [("ramp", Profile::Ramp(image.clone()), over_sine), ("periodic", Profile::Periodic(image), over_phase)];
+    let looks = [
+        ("ramp", Profile::Ramp(image.clone()), over_sine),
+        ("periodic", Profile::Periodic(image), over_phase),
+    ];
     for (name, profile, mean) in looks {
-        let material = scene.stage.add(unlit(Stripes { color: WHITE, profile, ..default() }));
+        let material = scene.stage.add(unlit(Stripes {
+            color: WHITE,
+            profile,
+            ..default()
+        }));
         let mesh = scene.plane_mesh.clone();
         let body = scene.stage.body(&mesh, &material, scene.plane_x, Transform::IDENTITY);
         let near = scene.stage.picture(square_on(128));
         near.save(name);
-        let far = scene.stage.picture(Lens { orthographic: Some(8.0), ..square_on(8) });
+        let far = scene.stage.picture(Lens {
+            orthographic: Some(8.0),
+            ..square_on(8)
+        });
         scene.stage.clear([body]);
-        assert!((near.mean().truncate() - mean).abs().max_element() < 0.02, "{name}: mean {} near", near.mean());
+        assert!(
+            (near.mean().truncate() - mean).abs().max_element() < 0.02,
+            "{name}: mean {} near",
+            near.mean()
+        );
         let center = far.at(4, 4).truncate();
         assert!((center - mean).abs().max_element() < 0.07, "{name}: {center} far");
         // A quarter of a period after sin Φ = 0 rising.
@@ -722,8 +746,10 @@ fn debug_styles_draw(scene: &mut Scene) {
     let mut pictures: Vec<Picture> = vec![];
     for (kind, tag) in [("line", scene.line), ("vector", scene.vector)] {
         for debug in styles {
-            let material =
-                scene.stage.add(StripeMaterial { base: default(), extension: Stripes { debug, ..default() } });
+            let material = scene.stage.add(StripeMaterial {
+                base: default(),
+                extension: Stripes { debug, ..default() },
+            });
             let body = scene.stage.body(&mesh, &material, tag, Transform::IDENTITY);
             let picture = scene.stage.picture(lens);
             picture.save(&format!("debug {debug:?} {kind}"));
