@@ -64,7 +64,8 @@ fn sample_wave(point: PatternPoint) -> Wave {
     // Around a branch there are points where the phase stands still, but not as far as a pixel: what d and f ask for
     // is the least a pixel covers.
     let asked = wave.frequency * vec2(dot(wave.direction, dx), dot(wave.direction, dy));
-    wave.footprint = max(length(wave.per_pixel), length(asked));
+    wave.sides = max(abs(wave.per_pixel), abs(asked));
+    wave.footprint = length(wave.sides);
     return wave;
 }
 
