@@ -52,6 +52,7 @@ pub mod diagnostics;
 pub mod error;
 pub mod field;
 pub mod material;
+pub mod scene;
 pub mod surface;
 pub mod wave;
 
@@ -62,12 +63,16 @@ pub mod prelude {
         FieldPatternsPlugin,
         error::PatternError,
         field::{DirectionField, FieldTurn, Frequency, PatternSpace, Principal, Symmetry},
-        material::{DebugStyle, Focus, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes},
+        material::{
+            DebugStyle, Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial,
+            Stripes,
+        },
+        scene::{PatternScene, PatternScenePart},
         wave::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings},
     };
 }
 
-/// Everything: waves, and the materials that draw them.
+/// Everything: waves, the materials that draw them, and scenes of patterned meshes.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct FieldPatternsPlugin;
 
@@ -77,6 +82,7 @@ impl PluginGroup for FieldPatternsPlugin {
             .add(wave::WavePlugin)
             .add(material::StripeMaterialPlugin)
             .add(diagnostics::PatternDiagnosticsPlugin)
+            .add(scene::PatternScenePlugin)
     }
 }
 
