@@ -9,7 +9,9 @@ use bevy::{asset::UnapprovedPathMode, prelude::*, window::WindowResolution};
 use clap::Args;
 
 use super::{
-    headless::{headless_app, is_blank, picture, probe_gpu, save_png},
+    gltf::gltf_plugin,
+    headless::{ReadyChecks, headless_app, is_blank, picture, probe_gpu, save_png},
+    patterns::patterns_rest,
     scene::StudioPlugin,
 };
 
@@ -56,6 +58,7 @@ pub fn run(title: &str, args: &OutputArgs, setup: impl FnOnce(&mut App) -> Resul
         Some(file) => {
             let mut app = headless_app(args.size)?;
             app.add_plugins(StudioPlugin);
+            app.world_mut().resource_mut::<ReadyChecks>().0.push(patterns_rest);
             setup(&mut app)?;
             let picture = picture(&mut app)?;
             save_png(&picture, file)?;
@@ -107,7 +110,8 @@ fn window_app(title: &str, size: UVec2) -> Result<App, String> {
             .set(AssetPlugin {
                 unapproved_path_mode: UnapprovedPathMode::Allow,
                 ..default()
-            }),
+            })
+            .set(gltf_plugin()),
     );
     Ok(app)
 }

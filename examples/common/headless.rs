@@ -38,6 +38,8 @@ use bevy::{
     world_serialization::WorldAssetRoot,
 };
 
+use super::gltf::gltf_plugin;
+
 /// Time that passes for the app in one update.
 pub const FRAME_TIME: Duration = Duration::from_millis(16);
 
@@ -81,6 +83,7 @@ pub fn headless_app(size: UVec2) -> Result<App, String> {
                 unapproved_path_mode: UnapprovedPathMode::Allow,
                 ..default()
             })
+            .set(gltf_plugin())
             .set(LogPlugin {
                 level: Level::WARN,
                 // What a software renderer lacks is no news here.

@@ -1,6 +1,6 @@
 //! What the examples share, so that each of them shows one use of the crate and little else:
-//! a command line ([`args`]), rendering without a window ([`headless`]), mesh files ([`mesh_file`]), a camera with
-//! lights ([`scene`]) and meshes made by formula ([`shapes`]).
+//! a command line ([`args`]), glTF files ([`gltf`]), rendering without a window ([`headless`]), mesh files ([`mesh_file`]), waiting for
+//! patterns ([`patterns`]), a camera with lights ([`scene`]) and meshes made by formula ([`shapes`]).
 #![allow(
     dead_code,
     unreachable_pub,
@@ -8,8 +8,10 @@
 )]
 
 pub mod args;
+pub mod gltf;
 pub mod gpu;
 pub mod headless;
 pub mod mesh_file;
+pub mod patterns;
 pub mod scene;
 pub mod shapes;

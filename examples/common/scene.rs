@@ -141,7 +141,7 @@ fn frame_subjects(
 }
 
 /// The mesh's vertices in the world, or the corners of its box where they cannot be read.
-fn outline(aabb: &Aabb, transform: &GlobalTransform, mesh: Option<&Mesh>) -> Vec<Vec3> {
+pub fn outline(aabb: &Aabb, transform: &GlobalTransform, mesh: Option<&Mesh>) -> Vec<Vec3> {
     let positions = mesh
         .and_then(|mesh| mesh.try_attribute(Mesh::ATTRIBUTE_POSITION).ok())
         .and_then(VertexAttributeValues::as_float3);

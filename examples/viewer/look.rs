@@ -1,35 +1,160 @@
-//! Turns the [`ViewerSettings`] into what is drawn on each mesh of the model.
+//! Turns the [`ViewerSettings`] into a [`PatternScene`] on the model.
 
-use bevy::prelude::*;
+use std::path::PathBuf;
 
-use crate::{model::Model, settings::ViewerSettings};
+use bevy::{
+    camera::primitives::Aabb,
+    math::bounding::{Aabb3d, BoundingVolume},
+    prelude::*,
+};
+use bevy_field_patterns::{prelude::*, wave::SolverSettings};
+
+use crate::{
+    common::{headless::ReadyChecks, scene::outline},
+    model::{Model, Notice},
+    settings::{Field, Style, ViewerSettings, srgb},
+};
 
 /// Keeps the look of the model as the settings say.
 pub struct LookPlugin;
 
 impl Plugin for LookPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(Update, apply_settings);
+        app.add_plugins(FieldPatternsPlugin)
+            .init_resource::<FieldFile>()
+            .add_systems(Update, (set_solver, measure, set_scene, set_gaps).chain());
+        if let Some(mut checks) = app.world_mut().get_resource_mut::<ReadyChecks>() {
+            checks.0.push(model_is_dressed);
+        }
     }
 }
 
-/// Gives the settings' colours to the model's own material.
-fn apply_settings(
-    settings: Res<ViewerSettings>,
-    model: Query<Ref<MeshMaterial3d<StandardMaterial>>, With<Model>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
+/// Diagonal of the box around all meshes of a model, in world units, above 0.
+#[derive(Component, Clone, Copy, PartialEq)]
+struct Diagonal(f32);
+
+/// The field file read last, for it is long: path, vertices, and what was found.
+#[derive(Resource, Default)]
+struct FieldFile(Option<(PathBuf, Option<usize>, Result<DirectionField, String>)>);
+
+fn set_solver(settings: Res<ViewerSettings>, mut solver: ResMut<SolverSettings>) {
+    let cold_start = settings.method.cold_start();
+    if solver.cold_start != cold_start {
+        solver.cold_start = cold_start;
+    }
+}
+
+/// Measures a model whenever one of its meshes has arrived.
+fn measure(
+    arrived: Query<(), Added<Aabb>>,
+    models: Query<(Entity, Option<&Diagonal>), With<Model>>,
+    children: Query<&Children>,
+    parts: Query<(&Aabb, &GlobalTransform, &Mesh3d)>,
+    meshes: Res<Assets<Mesh>>,
+    mut commands: Commands,
 ) {
-    for handle in &model {
-        if !settings.is_changed() && !handle.is_added() {
+    if arrived.is_empty() {
+        return;
+    }
+    for (model, known) in &models {
+        let points: Vec<Vec3> = [model]
+            .into_iter()
+            .chain(children.iter_descendants(model))
+            .filter_map(|part| parts.get(part).ok())
+            .flat_map(|(aabb, transform, mesh)| outline(aabb, transform, meshes.get(mesh)))
+            .collect();
+        if points.is_empty() {
             continue;
         }
-        if let Some(mut material) = materials.get_mut(&handle.0) {
-            material.base_color = srgb(settings.gap_color);
+        let bounds = Aabb3d::from_point_cloud(Isometry3d::IDENTITY, points.into_iter());
+        let diagonal = Diagonal((2.0 * bounds.half_size().length()).max(f32::MIN_POSITIVE));
+        if known != Some(&diagonal) {
+            commands.entity(model).insert(diagonal);
         }
     }
 }
 
-/// A colour from the panel.
-fn srgb([red, green, blue]: [u8; 3]) -> Color {
-    Color::srgb_u8(red, green, blue)
+/// Gives the model its pattern, or takes it away.
+fn set_scene(
+    settings: Res<ViewerSettings>,
+    models: Query<(Entity, &Model, Ref<Diagonal>, Option<&PatternScene>)>,
+    mut file: ResMut<FieldFile>,
+    mut notice: ResMut<Notice>,
+    mut commands: Commands,
+) {
+    for (entity, model, diagonal, scene) in &models {
+        if !settings.is_changed() && !diagonal.is_changed() {
+            continue;
+        }
+        if settings.style == Style::Plain {
+            commands.entity(entity).remove::<PatternScene>();
+            continue;
+        }
+        let failed = matches!(&file.0, Some((.., Err(error))) if notice.0.as_ref() == Some(error));
+        match file.field(&settings.field, model.vertices) {
+            Ok(field) => {
+                if failed {
+                    notice.0 = None;
+                }
+                let frequency = settings.frequency / diagonal.0;
+                let wanted = PatternScene {
+                    field,
+                    symmetry: Some(settings.symmetry),
+                    space: PatternSpace::World,
+                    frequency: Frequency::Uniform(frequency),
+                    style: settings.stripes(1.0 / frequency.max(f32::MIN_POSITIVE)),
+                    ..default()
+                };
+                if scene != Some(&wanted) {
+                    commands.entity(entity).insert(wanted);
+                }
+            }
+            Err(error) => notice.0 = Some(error),
+        }
+    }
+}
+
+impl FieldFile {
+    fn field(&mut self, field: &Field, vertices: Option<usize>) -> Result<DirectionField, String> {
+        let Field::File(path) = field else {
+            self.0 = None;
+            return field.direction(vertices);
+        };
+        match &self.0 {
+            Some((known, count, found)) if known == path && *count == vertices => found.clone(),
+            _ => {
+                let found = field.direction(vertices);
+                self.0 = Some((path.clone(), vertices, found.clone()));
+                found
+            }
+        }
+    }
+}
+
+/// Gives the settings' colour to the material of a model whose file has none.
+fn set_gaps(settings: Res<ViewerSettings>, models: Query<Ref<Model>>, mut materials: ResMut<Assets<StandardMaterial>>) {
+    for model in &models {
+        let Some(handle) = model.material.as_ref() else {
+            continue;
+        };
+        let color = srgb(settings.gap_color);
+        let differs = |material: &StandardMaterial| material.base_color != color;
+        if (settings.is_changed() || model.is_added())
+            && materials.get(handle).is_some_and(differs)
+            && let Some(mut material) = materials.get_mut(handle)
+        {
+            material.base_color = color;
+        }
+    }
+}
+
+/// For pictures: the pattern is on the model, or will never be.
+fn model_is_dressed(world: &mut World) -> Result<Option<String>, String> {
+    if let Some(error) = &world.resource::<Notice>().0 {
+        return Err(error.clone());
+    }
+    let is_plain = world.resource::<ViewerSettings>().style == Style::Plain;
+    let mut parts = world.query::<&PatternScenePart>();
+    let is_dressed = is_plain || parts.iter(world).next().is_some();
+    Ok((!is_dressed).then(|| "the model".to_owned()))
 }

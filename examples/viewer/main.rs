@@ -29,8 +29,8 @@ use settings::{Field, Style, ViewerSettings};
 struct Cli {
     /// OBJ, PLY, STL, glTF or GLB file; a built-in knot without it
     mesh: Option<PathBuf>,
-    /// What the pattern follows: axis:X,Y,Z (a direction), curvature (of least bending), or file:FIELD.txt (one line
-    /// "x y z" per vertex)
+    /// What the pattern follows: axis:X,Y,Z (a direction), curvature (of least bending), attribute (_FIELD of a glTF
+    /// file), or file:FIELD.txt (one line "x y z" per vertex)
     #[arg(long, default_value_t = Field::default())]
     field: Field,
     /// Stripes per diagonal of the model's bounding box

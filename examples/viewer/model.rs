@@ -9,26 +9,12 @@ use std::{
 };
 
 use bevy::{
-    animation::{AnimatedBy, AnimationPlayer, AnimationTargetId},
-    asset::RecursiveDependencyLoadState,
-    camera::{
-        primitives::Aabb,
-        visibility::{DynamicSkinnedMeshBounds, NoFrustumCulling},
-    },
-    gltf::{
-        GltfExtras, GltfMaterialExtras, GltfMaterialName, GltfMeshExtras, GltfMeshName, GltfSceneExtras, GltfSceneName,
-    },
-    mesh::{
-        morph::{MeshMorphWeights, MorphWeights},
-        skinning::SkinnedMesh,
-    },
-    prelude::*,
-    window::FileDragAndDrop,
-    world_serialization::WorldAssetRoot,
+    asset::RecursiveDependencyLoadState, prelude::*, window::FileDragAndDrop, world_serialization::WorldAssetRoot,
 };
 
 use crate::{
     common::{
+        gltf::register_scene_types,
         mesh_file::{self, RawMesh},
         scene::Subject,
         shapes,
@@ -50,44 +36,6 @@ impl Plugin for ModelPlugin {
             .add_systems(Update, (take_dropped_files, open, watch_scene).chain());
         app.world_mut().write_message(self.open.clone());
     }
-}
-
-/// Bevy copies a glTF scene into the world by reflection and panics at a type that is not registered, which, without its
-/// feature `reflect_auto_register`, nobody else does.
-fn register_scene_types(app: &mut App) {
-    app.register_type::<Name>()
-        .register_type::<Children>()
-        .register_type::<ChildOf>()
-        .register_type::<Transform>()
-        .register_type::<GlobalTransform>()
-        .register_type::<TransformTreeChanged>()
-        .register_type::<Visibility>()
-        .register_type::<InheritedVisibility>()
-        .register_type::<ViewVisibility>()
-        .register_type::<Aabb>()
-        .register_type::<NoFrustumCulling>()
-        .register_type::<DynamicSkinnedMeshBounds>()
-        .register_type::<Mesh3d>()
-        .register_type::<MeshMaterial3d<StandardMaterial>>()
-        .register_type::<SkinnedMesh>()
-        .register_type::<MorphWeights>()
-        .register_type::<MeshMorphWeights>()
-        .register_type::<AnimationPlayer>()
-        .register_type::<AnimationTargetId>()
-        .register_type::<AnimatedBy>()
-        .register_type::<GltfExtras>()
-        .register_type::<GltfSceneExtras>()
-        .register_type::<GltfMeshExtras>()
-        .register_type::<GltfMaterialExtras>()
-        .register_type::<GltfSceneName>()
-        .register_type::<GltfMeshName>()
-        .register_type::<GltfMaterialName>()
-        .register_type::<DirectionalLight>()
-        .register_type::<PointLight>()
-        .register_type::<SpotLight>()
-        .register_type::<Camera>()
-        .register_type::<Camera3d>()
-        .register_type::<Projection>();
 }
 
 /// A request to show another model.
@@ -133,6 +81,8 @@ pub struct Model {
     pub name: String,
     /// Vertices of its file in the file's order, which a field file has to match; `None` for glTF.
     pub vertices: Option<usize>,
+    /// The material of a model whose file has none; `None` for glTF.
+    pub material: Option<Handle<StandardMaterial>>,
 }
 
 /// What went wrong last, for the panel.
@@ -178,18 +128,19 @@ fn open(
         commands.entity(entity).despawn();
     }
     let mut spawn_mesh = |name: &str, raw: &RawMesh| {
-        let material = StandardMaterial {
+        let material = materials.add(StandardMaterial {
             perceptual_roughness: 0.45,
             ..default()
-        };
+        });
         commands.spawn((
             Subject,
             Model {
                 name: name.into(),
                 vertices: Some(raw.positions.len()),
+                material: Some(material.clone()),
             },
             Mesh3d(meshes.add(mesh_file::to_bevy_mesh(raw))),
-            MeshMaterial3d(materials.add(material)),
+            MeshMaterial3d(material),
         ));
     };
     match request {
@@ -198,7 +149,15 @@ fn open(
         Open::Scene(path) => {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let scene = server.load(GltfAssetLabel::Scene(0).from_asset(path.clone()));
-            commands.spawn((Subject, Model { name, vertices: None }, WorldAssetRoot(scene)));
+            commands.spawn((
+                Subject,
+                Model {
+                    name,
+                    vertices: None,
+                    material: None,
+                },
+                WorldAssetRoot(scene),
+            ));
         }
     }
 }

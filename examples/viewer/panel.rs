@@ -1,17 +1,22 @@
-//! The panel beside the model: shows and changes the [`ViewerSettings`].
+//! The panel beside the model: shows and changes the [`ViewerSettings`], and tells how the solver is doing.
 //!
 //! The panel has a camera of its own; the studio's camera draws beside it.
 
 use bevy::{
     camera::{CameraOutputMode, Viewport, visibility::RenderLayers},
-    diagnostic::{DiagnosticsStore, FrameTimeDiagnosticsPlugin},
+    diagnostic::{DiagnosticPath, DiagnosticsStore, FrameTimeDiagnosticsPlugin},
+    ecs::system::SystemParam,
     prelude::*,
-    render::render_resource::BlendState,
+    render::{diagnostic::RenderDiagnosticsPlugin, render_resource::BlendState},
     window::PrimaryWindow,
 };
 use bevy_egui::{
     EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext,
-    egui::{Color32, ComboBox, DragValue, LayerId, Panel, ScrollArea, Slider, Ui, UiBuilder},
+    egui::{Color32, ComboBox, DragValue, Grid, LayerId, Panel, ScrollArea, Slider, Ui, UiBuilder},
+};
+use bevy_field_patterns::{
+    prelude::*,
+    wave::{Pattern, PatternArena, SolverCounters},
 };
 use bevy_panorbit_camera::PanOrbitCamera;
 use clap::ValueEnum;
@@ -19,7 +24,7 @@ use clap::ValueEnum;
 use crate::{
     common::scene::StudioCamera,
     model::{Model, Notice, Open},
-    settings::{Field, Style, Symmetry, ViewerSettings},
+    settings::{Field, Method, Shape, ViewerSettings},
 };
 
 /// Width of the panel at first, in logical pixels.
@@ -30,9 +35,13 @@ pub struct PanelPlugin;
 
 impl Plugin for PanelPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins((EguiPlugin::default(), FrameTimeDiagnosticsPlugin::default()))
-            .add_systems(Startup, add_camera)
-            .add_systems(EguiPrimaryContextPass, draw);
+        app.add_plugins((
+            EguiPlugin::default(),
+            FrameTimeDiagnosticsPlugin::default(),
+            RenderDiagnosticsPlugin,
+        ))
+        .add_systems(Startup, add_camera)
+        .add_systems(EguiPrimaryContextPass, draw);
     }
 }
 
@@ -60,10 +69,11 @@ fn draw(
     mut settings: ResMut<ViewerSettings>,
     model: Query<&Model>,
     notice: Res<Notice>,
-    diagnostics: Res<DiagnosticsStore>,
+    statistics: Statistics,
     mut open: MessageWriter<Open>,
     window: Single<&Window, With<PrimaryWindow>>,
     camera: Single<(&mut Camera, Option<&mut PanOrbitCamera>), With<StudioCamera>>,
+    mut commands: Commands,
 ) -> Result {
     let context = contexts.ctx_mut()?;
     let whole = UiBuilder::new()
@@ -78,12 +88,14 @@ fn draw(
                 open.write(Open::Knot);
             }
             field_section(ui, &mut edited);
-            style_section(ui, &mut edited);
-            ui.separator();
-            let fps = diagnostics
-                .get(&FrameTimeDiagnosticsPlugin::FPS)
-                .and_then(|fps| fps.smoothed());
-            ui.weak(fps.map_or_else(String::new, |fps| format!("{fps:.0} frames per second")));
+            let has_gaps = model.iter().all(|model| model.material.is_some());
+            style_section(ui, &mut edited, has_gaps);
+            if solver_section(ui, &mut edited) {
+                for (entity, ..) in &statistics.patterns {
+                    commands.trigger(RestartPattern { entity });
+                }
+            }
+            statistics_section(ui, &statistics);
         });
     });
     settings.set_if_neq(edited);
@@ -153,6 +165,10 @@ fn field_section(ui: &mut Ui, settings: &mut ViewerSettings) {
     if ui.radio(is_curvature, "Curvature").clicked() && !is_curvature {
         set_field(settings, Field::Curvature);
     }
+    let is_attribute = settings.field == Field::Attribute;
+    if ui.radio(is_attribute, "Attribute _FIELD").clicked() && !is_attribute {
+        set_field(settings, Field::Attribute);
+    }
     if let Field::File(path) = &settings.field {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let _ = ui.radio(true, name);
@@ -176,30 +192,144 @@ fn set_field(settings: &mut ViewerSettings, field: Field) {
     settings.field = field;
 }
 
-fn style_section(ui: &mut Ui, settings: &mut ViewerSettings) {
+fn style_section(ui: &mut Ui, settings: &mut ViewerSettings, has_gaps: bool) {
     ui.separator();
     ui.heading("Style");
-    let name = |style: Style| {
-        style
+    choice(ui, "style", &mut settings.style);
+    let is_vector = settings.symmetry == Symmetry::Vector;
+    choice(ui, "shape", &mut settings.shape);
+    if settings.shape == Shape::Sawtooth && !is_vector {
+        ui.weak("A sawtooth needs vectors");
+    }
+    ui.add_enabled(
+        settings.shape == Shape::Square,
+        Slider::new(&mut settings.duty, 0.0..=1.0).text("Duty"),
+    );
+    ui.add_enabled(
+        settings.shape == Shape::Square,
+        Slider::new(&mut settings.softness, 0.0..=1.0).text("Softness"),
+    );
+    ui.add(Slider::new(&mut settings.bump, -0.5..=0.5).text("Bump"));
+    ui.add_enabled(is_vector, Slider::new(&mut settings.speed, -2.0..=2.0).text("Travel"))
+        .on_disabled_hover_text("Only along vectors");
+    color(ui, "Stripes", &mut settings.stripe_color);
+    if has_gaps {
+        color(ui, "Gaps", &mut settings.gap_color);
+    }
+}
+
+fn color(ui: &mut Ui, name: &str, color: &mut [u8; 3]) {
+    ui.horizontal(|ui| {
+        ui.color_edit_button_srgb(color);
+        ui.label(name);
+    });
+}
+
+/// A list to choose from.
+fn choice<T: ValueEnum + PartialEq + Copy>(ui: &mut Ui, id: &str, chosen: &mut T) {
+    let name = |value: T| {
+        value
             .to_possible_value()
             .map_or_else(String::new, |value| value.get_name().to_owned())
     };
-    ComboBox::from_id_salt("style")
-        .selected_text(name(settings.style))
+    ComboBox::from_id_salt(id)
+        .selected_text(name(*chosen))
         .show_ui(ui, |ui| {
-            for &style in Style::value_variants() {
-                ui.selectable_value(&mut settings.style, style, name(style));
+            for &value in T::value_variants() {
+                ui.selectable_value(chosen, value, name(value));
             }
         });
-    ui.add(Slider::new(&mut settings.duty, 0.0..=1.0).text("Duty"));
-    ui.add(Slider::new(&mut settings.softness, 0.0..=1.0).text("Softness"));
-    for (color, name) in [
-        (&mut settings.stripe_color, "Stripes"),
-        (&mut settings.gap_color, "Gaps"),
-    ] {
-        ui.horizontal(|ui| {
-            ui.color_edit_button_srgb(color);
-            ui.label(name);
-        });
+}
+
+/// Gives whether the solver is asked to start again.
+fn solver_section(ui: &mut Ui, settings: &mut ViewerSettings) -> bool {
+    ui.separator();
+    ui.heading("Solver");
+    ui.horizontal(|ui| {
+        ui.selectable_value(&mut settings.method, Method::Hierarchy, "Hierarchy")
+            .on_hover_text("Starts from coarse to fine");
+        ui.selectable_value(&mut settings.method, Method::Local, "Local")
+            .on_hover_text("Starts with random phases and local sweeps");
+        ui.button("Restart").clicked()
+    })
+    .inner
+}
+
+/// What the panel tells of the patterns.
+#[derive(SystemParam)]
+struct Statistics<'w, 's> {
+    patterns: Query<'w, 's, (Entity, &'static PatternState, Option<&'static Pattern>)>,
+    diagnostics: Res<'w, DiagnosticsStore>,
+    counters: Res<'w, SolverCounters>,
+    arena: Res<'w, PatternArena>,
+}
+
+impl Statistics<'_, '_> {
+    fn measured(&self, path: &DiagnosticPath) -> Option<f64> {
+        self.diagnostics.get(path)?.smoothed()
     }
+
+    fn latest(&self, name: &'static str) -> Option<f64> {
+        self.diagnostics.get(&DiagnosticPath::const_new(name))?.value()
+    }
+
+    /// The state of the pattern that is furthest from rest.
+    fn state(&self) -> &'static str {
+        let is = |wanted: fn(&PatternState) -> bool| self.patterns.iter().any(|(_, state, _)| wanted(state));
+        match () {
+            () if self.patterns.is_empty() => "none",
+            () if is(|state| matches!(state, PatternState::Failed(_))) => "failed",
+            () if is(|state| matches!(state, PatternState::Preparing)) => "preparing",
+            () if is(|state| matches!(state, PatternState::Solving)) => "solving",
+            () => "converged",
+        }
+    }
+}
+
+fn statistics_section(ui: &mut Ui, statistics: &Statistics) {
+    ui.separator();
+    ui.heading("Pattern");
+    let errors = statistics.patterns.iter().filter_map(|(_, state, _)| match state {
+        PatternState::Failed(error) => Some(error.to_string()),
+        _ => None,
+    });
+    if let Some(error) = errors.into_iter().next() {
+        ui.colored_label(Color32::LIGHT_RED, error);
+    }
+    let patterns = statistics.patterns.iter().filter_map(|(.., pattern)| pattern);
+    let vertices: u32 = patterns.map(|pattern| pattern.record().vertices).sum();
+    let memory = statistics.arena.memory();
+    let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let number =
+        |value: Option<f64>, digits: usize| value.map_or("–".to_owned(), |value| format!("{value:.digits$}"));
+    let lines = [
+        ("State", statistics.state().to_owned()),
+        ("Vertices", vertices.to_string()),
+        ("Energy", number(statistics.latest("render/pattern_energy"), 5)),
+        ("Branches", number(statistics.latest("render/pattern_branches"), 0)),
+        ("Sweeps, last frame", statistics.counters.sweeps().to_string()),
+        ("Dispatches, last frame", statistics.counters.dispatches().to_string()),
+        (
+            "GPU memory",
+            format!(
+                "{:.1} of {:.1} MiB",
+                mebibytes(memory.used),
+                mebibytes(memory.allocated)
+            ),
+        ),
+        (
+            "Frame",
+            format!(
+                "{} ms",
+                number(statistics.measured(&FrameTimeDiagnosticsPlugin::FRAME_TIME), 1)
+            ),
+        ),
+    ];
+    Grid::new("statistics").num_columns(2).show(ui, |ui| {
+        for (name, value) in lines {
+            ui.weak(name);
+            ui.label(value);
+            ui.end_row();
+        }
+    });
 }

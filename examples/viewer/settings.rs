@@ -7,7 +7,14 @@ use std::{
 };
 
 use bevy::prelude::*;
+use bevy_field_patterns::{
+    field::Principal,
+    prelude::*,
+    wave::solver::{ColdStart, LocalRule},
+};
 use clap::ValueEnum;
+
+use crate::common::{gltf::FIELD_ATTRIBUTE, mesh_file::read_field};
 
 /// The settings of the pattern on the model.
 #[derive(Resource, Clone, Debug, PartialEq)]
@@ -24,10 +31,18 @@ pub struct ViewerSettings {
     pub duty: f32,
     /// Softness of a stripe's edges: 0 (sharp as a pixel) to 1 (a sine). Default 0.
     pub softness: f32,
+    /// Shape of a stripe across its period.
+    pub shape: Shape,
     /// Colour of the stripes, sRGB.
     pub stripe_color: [u8; 3],
-    /// Colour of the gaps, sRGB.
+    /// Colour of the gaps, sRGB; a glTF file has colours of its own.
     pub gap_color: [u8; 3],
+    /// Height of a stripe above the gap, in periods; negative engraves. Default 0.
+    pub bump: f32,
+    /// How fast the pattern travels, in periods per second; only along vectors. Default 0.
+    pub speed: f32,
+    /// How the solver starts.
+    pub method: Method,
 }
 
 impl ViewerSettings {
@@ -44,10 +59,45 @@ impl Default for ViewerSettings {
             style: Style::default(),
             duty: 0.5,
             softness: 0.0,
+            shape: Shape::default(),
             stripe_color: [16, 38, 92],
             gap_color: [242, 237, 224],
+            bump: 0.0,
+            speed: 0.0,
+            method: Method::default(),
         }
     }
+}
+
+impl ViewerSettings {
+    /// The look of the stripes, where one period is `period` world units wide.
+    pub fn stripes(&self, period: f32) -> Stripes {
+        // What needs the phase itself is left out where a field of lines does not have one.
+        let is_vector = self.symmetry == Symmetry::Vector;
+        Stripes {
+            color: srgb(self.stripe_color).into(),
+            duty: self.duty,
+            softness: self.softness,
+            profile: match self.shape {
+                Shape::Sine => Profile::Sine,
+                Shape::Sawtooth if is_vector => Profile::Sawtooth,
+                Shape::Sawtooth | Shape::Square => Profile::Square,
+            },
+            phase_speed: if is_vector { self.speed } else { 0.0 },
+            drive: StripeDrive {
+                bump: self.bump * period,
+                ..default()
+            },
+            cutout: self.style == Style::Cutout,
+            debug: self.style.debug(),
+            ..default()
+        }
+    }
+}
+
+/// A colour from the panel.
+pub fn srgb([red, green, blue]: [u8; 3]) -> Color {
+    Color::srgb_u8(red, green, blue)
 }
 
 /// What the pattern follows.
@@ -57,6 +107,8 @@ pub enum Field {
     Axis(Vec3),
     /// The direction in which the surface bends least.
     Curvature,
+    /// The vertex attribute `_FIELD` of a glTF file.
+    Attribute,
     /// A file with one direction per vertex of the model's file.
     File(PathBuf),
 }
@@ -66,7 +118,26 @@ impl Field {
     pub fn symmetry(&self) -> Symmetry {
         match self {
             Self::Axis(_) => Symmetry::Vector,
-            Self::Curvature | Self::File(_) => Symmetry::Line,
+            Self::Curvature | Self::Attribute | Self::File(_) => Symmetry::Line,
+        }
+    }
+
+    /// The field on a model, whose file has `vertices` vertices.
+    pub fn direction(&self, vertices: Option<usize>) -> Result<DirectionField, String> {
+        match self {
+            Self::Axis(axis) => Dir3::new(*axis)
+                .map(DirectionField::Axis)
+                .map_err(|error| format!("{self} is no direction: {error}")),
+            Self::Curvature => Ok(DirectionField::PrincipalCurvature {
+                direction: Principal::Minor,
+                smoothing: 30,
+            }),
+            Self::Attribute => Ok(DirectionField::Attribute(FIELD_ATTRIBUTE)),
+            Self::File(path) => {
+                let vertices = vertices.ok_or("a field file belongs to an OBJ, PLY or STL file")?;
+                let field = read_field(path, vertices).map_err(|error| error.to_string())?;
+                Ok(DirectionField::Vertices(field.into()))
+            }
         }
     }
 }
@@ -83,9 +154,10 @@ impl FromStr for Field {
     fn from_str(text: &str) -> Result<Self, String> {
         match text.split_once(':') {
             None if text == "curvature" => Ok(Self::Curvature),
+            None if text == "attribute" => Ok(Self::Attribute),
             Some(("axis", axis)) => parse_axis(axis).map(Self::Axis),
             Some(("file", path)) => Ok(Self::File(path.into())),
-            _ => Err("known are axis:X,Y,Z, curvature and file:FIELD.txt".into()),
+            _ => Err("known are axis:X,Y,Z, curvature, attribute and file:FIELD.txt".into()),
         }
     }
 }
@@ -111,19 +183,10 @@ impl Display for Field {
         match self {
             Self::Axis(axis) => write!(f, "axis:{},{},{}", axis.x, axis.y, axis.z),
             Self::Curvature => f.write_str("curvature"),
+            Self::Attribute => f.write_str("attribute"),
             Self::File(path) => write!(f, "file:{}", path.display()),
         }
     }
-}
-
-/// Whether the opposite of a direction means the same.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Symmetry {
-    /// It does: curvature, tensors.
-    #[default]
-    Line,
-    /// It does not: flow, an axis.
-    Vector,
 }
 
 /// What is drawn.
@@ -142,6 +205,53 @@ pub enum Style {
     Angle,
     /// Energy of the wave
     Energy,
+    /// Classes of vertices that the solver updates at once
+    Classes,
     /// The model without a pattern
     Plain,
+}
+
+impl Style {
+    fn debug(self) -> DebugStyle {
+        match self {
+            Self::Stripes | Self::Cutout | Self::Plain => DebugStyle::None,
+            Self::Phase => DebugStyle::Phase,
+            Self::Branches => DebugStyle::Singular,
+            Self::Angle => DebugStyle::Angle,
+            Self::Energy => DebugStyle::Energy,
+            Self::Classes => DebugStyle::Colors,
+        }
+    }
+}
+
+/// Shape of a stripe across its period.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Shape {
+    /// One colour between two edges
+    #[default]
+    Square,
+    /// A sine
+    Sine,
+    /// A ramp with one edge; only along vectors
+    Sawtooth,
+}
+
+/// How the solver starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// From coarse to fine
+    #[default]
+    Hierarchy,
+    /// Local sweeps from a random start
+    Local,
+}
+
+impl Method {
+    /// The solver's name for it.
+    pub fn cold_start(self) -> ColdStart {
+        match self {
+            Self::Hierarchy => ColdStart::default(),
+            Self::Local => ColdStart::Local(LocalRule::default()),
+        }
+    }
 }

@@ -7,9 +7,11 @@
 
 pub mod coverage;
 mod focus;
+mod focus_source;
 mod stripes;
 
 pub use focus::*;
+pub use focus_source::FocusSource;
 pub use stripes::*;
 
 use crate::wave::WaveShaderPlugin;
@@ -36,8 +38,15 @@ impl Plugin for StripeMaterialPlugin {
             PatternMaterialPlugin::<StripeMaterial>::default(),
         ))
         .register_type::<Stripes>()
+        .register_type::<FocusSource>()
         .register_asset_reflect::<StripeMaterial>()
         .add_systems(PostUpdate, mask_cutouts.after(AssetEventSystems))
+        .add_systems(
+            PostUpdate,
+            focus_source::carry_focus
+                .after(TransformSystems::Propagate)
+                .before(AssetEventSystems),
+        )
         .add_systems(Last, declare_needs);
         load_shader_library!(app, "stripe_style.wgsl");
         load_shader_library!(app, "stripe_debug.wgsl");

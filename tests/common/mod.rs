@@ -5,6 +5,8 @@
     reason = "each test compiles this module for itself and uses a part of it"
 )]
 
+#[path = "../../examples/common/gltf.rs"]
+pub mod gltf;
 #[path = "../../examples/common/gpu.rs"]
 pub mod gpu;
 #[path = "../../examples/common/headless.rs"]

@@ -1,0 +1,288 @@
+//! Patterns on whole scenes, such as glTF files.
+//!
+//! In: a [`PatternScene`] on the root of a hierarchy, and the meshes below it with their `StandardMaterial`s, which may
+//! arrive, leave and change at any time. Out: on each of these meshes a field, a frequency, and a [`StripeMaterial`] that
+//! extends the material it had. What is done is undone when the component, or the mesh, is taken away.
+
+use crate::{
+    field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
+    material::{StripeMaterial, Stripes},
+    wave::PatternSystems,
+};
+use bevy::{
+    asset::AssetEventSystems,
+    ecs::{
+        entity::EntityHashSet,
+        query::QueryData,
+        system::{EntityCommands, SystemParam},
+    },
+    platform::collections::HashMap,
+    prelude::*,
+};
+
+/// Gives every mesh at or below this entity a pattern and stripes over its own `StandardMaterial`.
+///
+/// ```
+/// # use bevy::{prelude::*, world_serialization::WorldAssetRoot};
+/// # use bevy_field_patterns::prelude::*;
+/// fn setup(mut commands: Commands, server: Res<AssetServer>) {
+///     commands.spawn((
+///         WorldAssetRoot(server.load("models/vase.glb#Scene0")),
+///         PatternScene { frequency: Frequency::Uniform(40.0), ..default() },
+///     ));
+/// }
+/// ```
+///
+/// Meshes that share a material go on sharing one. Of nested `PatternScene`s the nearest counts. Removing the component
+/// gives the meshes back what they had. A change of the style alone solves nothing again.
+///
+/// Fields that a file brings along are vertex attributes whose names begin with an underscore. Bevy's loader has to know
+/// them:
+///
+/// ```ignore
+/// /// Three floats per vertex, called `_FIELD` in the file; any number will do as id.
+/// const FIELD: MeshVertexAttribute = MeshVertexAttribute::new("Field", 0x5f_f1e1d, VertexFormat::Float32x3);
+///
+/// app.add_plugins(DefaultPlugins.set(GltfPlugin::default().add_custom_vertex_attribute("_FIELD", FIELD)));
+/// // …
+/// PatternScene { field: DirectionField::Attribute(FIELD), ..default() }
+/// ```
+///
+/// Bevy spawns a scene by reflection: without its feature `reflect_auto_register`, a program registers the types of the
+/// scene's components itself (`app.register_type::<Mesh3d>()`, and so on).
+#[derive(Component, Reflect, Debug, Clone, PartialEq, Default)]
+#[reflect(Component, Default, Debug, Clone, PartialEq)]
+pub struct PatternScene {
+    /// What the patterns follow. Default: the major principal curvature.
+    pub field: DirectionField,
+    /// Whether d and -d are the same. Default `None`: [`DirectionField::default_symmetry`].
+    pub symmetry: Option<Symmetry>,
+    /// Turns the field in the tangent plane, in radians, finite. Default 0.
+    pub turn: f32,
+    /// The space of field and frequency. Default [`PatternSpace::Mesh`]; in [`PatternSpace::World`], meshes of different
+    /// scale get stripes of one width.
+    pub space: PatternSpace,
+    /// Stripes per unit length of `space`, 0 or more. Default 10.
+    pub frequency: Frequency,
+    /// The look of all stripes.
+    pub style: Stripes,
+}
+
+/// A mesh that a [`PatternScene`] has given a pattern. Set by the plugin.
+///
+/// To give the mesh another base, insert another `MeshMaterial3d<StandardMaterial>`.
+#[derive(Component, Reflect, Debug, Clone, PartialEq, Eq)]
+#[reflect(Component, Debug, Clone, PartialEq)]
+pub struct PatternScenePart {
+    /// The entity with the [`PatternScene`].
+    pub scene: Entity,
+    /// The material that the stripes lie over. Changes of it are followed.
+    pub base: Handle<StandardMaterial>,
+}
+
+/// Keeps the meshes of [`PatternScene`]s as these say, in `PostUpdate`, before patterns are updated.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct PatternScenePlugin;
+
+impl Plugin for PatternScenePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<SceneMaterials>()
+            .register_type::<PatternScene>()
+            .register_type::<PatternScenePart>()
+            .add_systems(
+                PostUpdate,
+                (restyle, dress_parts)
+                    .chain()
+                    .before(PatternSystems)
+                    .before(AssetEventSystems),
+            );
+    }
+}
+
+/// The striped material of a scene for a base, as long as one of its meshes uses it.
+#[derive(Resource, Default)]
+struct SceneMaterials(HashMap<(Entity, AssetId<StandardMaterial>), AssetId<StripeMaterial>>);
+
+/// Brings striped materials up to date with the style of their scene and with their base.
+fn restyle(
+    scenes: Query<Ref<PatternScene>>,
+    mut changes: MessageReader<AssetEvent<StandardMaterial>>,
+    bases: Option<Res<Assets<StandardMaterial>>>,
+    striped: Option<ResMut<Assets<StripeMaterial>>>,
+    mut made: ResMut<SceneMaterials>,
+) {
+    let (Some(bases), Some(mut striped)) = (bases, striped) else {
+        return;
+    };
+    let modified: Vec<_> = changes
+        .read()
+        .filter_map(|change| match change {
+            AssetEvent::Modified { id } => Some(*id),
+            _ => None,
+        })
+        .collect();
+    made.0.retain(|&(scene, base), &mut id| {
+        let Ok(scene) = scenes.get(scene) else { return false };
+        let Some(current) = striped.get(id) else { return false };
+        let outdated = modified.contains(&base) || scene.is_changed() && current.extension != scene.style;
+        if outdated
+            && let Some(base) = bases.get(base)
+            && let Some(mut material) = striped.get_mut(id)
+        {
+            material.base = base.clone();
+            material.extension = scene.style.clone();
+        }
+        true
+    });
+}
+
+/// What may be a part of a scene.
+#[derive(QueryData)]
+struct PartData {
+    plain: Option<&'static MeshMaterial3d<StandardMaterial>>,
+    part: Option<&'static PatternScenePart>,
+    given: (
+        Option<&'static DirectionField>,
+        Option<&'static Frequency>,
+        Option<&'static Symmetry>,
+        Option<&'static FieldTurn>,
+        Option<&'static PatternSpace>,
+    ),
+}
+
+/// Where a mesh or one of its ancestors may have come into a scene or left it.
+#[derive(SystemParam)]
+struct Stirred<'w, 's> {
+    changed: Query<
+        'w,
+        's,
+        Entity,
+        Or<(
+            Changed<PatternScene>,
+            Changed<ChildOf>,
+            Added<Mesh3d>,
+            Changed<MeshMaterial3d<StandardMaterial>>,
+        )>,
+    >,
+    scenes_gone: RemovedComponents<'w, 's, PatternScene>,
+    orphaned: RemovedComponents<'w, 's, ChildOf>,
+    children: Query<'w, 's, &'static Children>,
+}
+
+impl Stirred<'_, '_> {
+    /// These entities and all below them.
+    fn collect(&mut self) -> EntityHashSet {
+        let tops = self
+            .changed
+            .iter()
+            .chain(self.scenes_gone.read())
+            .chain(self.orphaned.read());
+        tops.flat_map(|top| [top].into_iter().chain(self.children.iter_descendants(top)))
+            .collect()
+    }
+}
+
+/// Dresses the meshes that belong to a scene, undresses those that no longer do.
+fn dress_parts(
+    mut stirred: Stirred,
+    mut waiting: Local<EntityHashSet>,
+    parts: Query<PartData, With<Mesh3d>>,
+    scenes: Query<&PatternScene>,
+    parents: Query<&ChildOf>,
+    bases: Option<Res<Assets<StandardMaterial>>>,
+    striped: Option<ResMut<Assets<StripeMaterial>>>,
+    mut made: ResMut<SceneMaterials>,
+    mut commands: Commands,
+) {
+    let (Some(bases), Some(mut striped)) = (bases, striped) else {
+        return;
+    };
+    let mut entities = stirred.collect();
+    entities.extend(waiting.drain());
+    for entity in entities {
+        let Ok(data) = parts.get(entity) else { continue };
+        let Some(base) = data.plain.map(|plain| &plain.0).or(data.part.map(|part| &part.base)) else {
+            continue;
+        };
+        let nearest = [entity]
+            .into_iter()
+            .chain(parents.iter_ancestors(entity))
+            .find_map(|at| Some((at, scenes.get(at).ok()?)));
+        let Some((root, scene)) = nearest else {
+            if data.part.is_some() {
+                undress(commands.entity(entity), data.plain.is_none().then_some(base));
+            }
+            continue;
+        };
+        let part = PatternScenePart {
+            scene: root,
+            base: base.clone(),
+        };
+        let mut entity_commands = commands.entity(entity);
+        if data.plain.is_some() || data.part != Some(&part) {
+            let known = made.0.get(&(root, base.id()));
+            let material = match known.and_then(|&id| striped.get_strong_handle(id)) {
+                Some(material) => material,
+                None => {
+                    let Some(base) = bases.get(base) else {
+                        // It is still being loaded.
+                        waiting.insert(entity);
+                        continue;
+                    };
+                    let extension = scene.style.clone();
+                    striped.add(StripeMaterial {
+                        base: base.clone(),
+                        extension,
+                    })
+                }
+            };
+            made.0.insert((root, base.id()), material.id());
+            entity_commands
+                .try_remove::<MeshMaterial3d<StandardMaterial>>()
+                .try_insert((MeshMaterial3d(material), part));
+        }
+        give_pattern(&mut entity_commands, scene, &data);
+    }
+}
+
+/// Sets what differs, for what is set counts as changed and is solved again.
+fn give_pattern(entity: &mut EntityCommands, scene: &PatternScene, data: &PartDataItem) {
+    let (field, frequency, symmetry, turn, space) = data.given;
+    if frequency != Some(&scene.frequency) {
+        entity.try_insert(scene.frequency.clone());
+    }
+    match scene.symmetry {
+        Some(wanted) if symmetry != Some(&wanted) => {
+            entity.try_insert(wanted);
+        }
+        None if symmetry.is_some() => {
+            entity.try_remove::<Symmetry>();
+        }
+        _ => {}
+    }
+    if turn.map_or(0.0, |turn| turn.0) != scene.turn {
+        entity.try_insert(FieldTurn(scene.turn));
+    }
+    if space.copied().unwrap_or_default() != scene.space {
+        entity.try_insert(scene.space);
+    }
+    if field != Some(&scene.field) {
+        entity.try_insert(scene.field.clone());
+    }
+}
+
+/// Gives a mesh back its material, unless it has a plain one again already, and takes the pattern away.
+fn undress(mut entity: EntityCommands, base: Option<&Handle<StandardMaterial>>) {
+    entity.try_remove::<(
+        PatternScenePart,
+        MeshMaterial3d<StripeMaterial>,
+        DirectionField,
+        Frequency,
+        Symmetry,
+        FieldTurn,
+        PatternSpace,
+    )>();
+    if let Some(base) = base {
+        entity.try_insert(MeshMaterial3d(base.clone()));
+    }
+}
