@@ -68,6 +68,7 @@ impl Plugin for WavePlugin {
             .add_observer(patterns::remove_pattern);
         let update = (
             watch_meshes,
+            patterns::request_surfaces,
             update_surfaces,
             patterns::update_patterns.run_if(patterns::renders),
             patterns::update_graphs.run_if(not(patterns::renders)),

@@ -199,6 +199,24 @@ pub(crate) fn update_patterns(
     }
 }
 
+/// Asks for the graphs of meshes that are new to their entities, in the frame in which their data are still there.
+pub(crate) fn request_surfaces(
+    changed: Query<
+        (&Mesh3d, Option<&PatternMesh>),
+        (
+            With<DirectionField>,
+            Or<(bevy::prelude::Changed<Mesh3d>, Added<DirectionField>)>,
+        ),
+    >,
+    mut cache: ResMut<SurfaceCache>,
+) {
+    for (mesh, meshes) in &changed {
+        if meshes.is_none_or(|meshes| meshes.drawn != mesh.0) {
+            cache.request(mesh.id());
+        }
+    }
+}
+
 /// Makes graphs only, for an app that renders nothing.
 pub(crate) fn update_graphs(
     mut patterns: Query<(Entity, &Mesh3d, Option<&PatternMesh>, &mut PatternState), With<DirectionField>>,
@@ -292,7 +310,12 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
     };
     let surface = match tools.cache.request(source.id()) {
         SurfaceState::Ready(surface) => surface,
-        SurfaceState::Preparing => return Ok(Changed::Waiting),
+        SurfaceState::Preparing => {
+            if !own_mesh {
+                hide(item, tools);
+            }
+            return Ok(Changed::Waiting);
+        }
         SurfaceState::Failed(error) => return Err(error),
     };
     if let PatternState::Failed(error) = &*item.state
@@ -586,6 +609,10 @@ fn schedule(
         }
         return;
     }
+    if pattern.task.is_some() && pattern.phase == Phase::Asleep {
+        // The old field is drawn until the new one is computed.
+        item.state.set_if_neq(PatternState::Solving);
+    }
     let member = pattern.member();
     if pattern.phase == Phase::Cold {
         if pattern.record.flags & FLAG_AXIS != 0 {
@@ -617,6 +644,16 @@ fn schedule(
             pattern.phase = Phase::Asleep;
             item.state.set_if_neq(PatternState::Converged);
         }
+    }
+}
+
+/// Draws the base material until the pattern is there for the entity's new mesh.
+fn hide(item: &mut PatternedItem, tools: &mut Tools) {
+    let drawn = item.pattern.as_mut().filter(|pattern| pattern.is_drawn());
+    if let Some(pattern) = drawn {
+        pattern.record.flags &= !FLAG_READY;
+        pattern.phase = Phase::Waiting;
+        pattern.write_record(&mut tools.arena);
     }
 }
 
