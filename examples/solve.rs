@@ -7,6 +7,8 @@
 //! Frequencies are per unit length of the file. The GPU solves by the plugin in an app without window or camera; `cold`
 //! and `warm3` are whole frames of that app until the device is idle, so they contain Bevy's own two milliseconds or so.
 
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command line tool")]
+
 mod common;
 
 use bevy::{
@@ -480,6 +482,8 @@ impl Gpu {
         self.cold()?;
         let cold: Result<Vec<f64>, String> = (0..args.repeat).map(|_| self.cold()).collect();
         let sweeps = self.app.world().resource::<SolverCounters>().sweeps();
+        let hierarchy = gpu::stage_ms(&self.app, "pattern_hierarchy");
+        let cold_sweeps = gpu::stage_ms(&self.app, "pattern_sweeps");
         let wave = self.wave()?;
         let sweeps = match args.method {
             MethodArg::Local if args.epsilon > 0.0 => self.local_sweeps()?,
@@ -515,7 +519,8 @@ impl Gpu {
         let per_sweep = stage("pattern_sweeps").map(|ms| ms / f64::from(problem.settings.warm_sweeps));
         figures["ms"] = json!({
             "graph": self.graph_ms, "upload": self.upload_ms, "field": stage("pattern_field").unwrap_or(0.0),
-            "edges": stage("pattern_edges"), "cold": median(cold?), "sweep": per_sweep, "warm3": median(warm?),
+            "edges": stage("pattern_edges"), "cold": median(cold?), "sweep": per_sweep,
+            "hierarchy": hierarchy, "cold_sweeps": cold_sweeps, "warm3": median(warm?),
         });
         Ok(figures)
     }

@@ -1,7 +1,54 @@
-//! Real-time field-aligned patterns on any triangle mesh, as a Bevy plugin.
+//! Stripes and other patterns that follow a tangent field on any triangle mesh, in real time, as a Bevy plugin.
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use bevy_field_patterns::prelude::*;
+//!
+//! fn setup(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut stripes: ResMut<Assets<StripeMaterial>>) {
+//!     commands.spawn((
+//!         Mesh3d(meshes.add(Torus::default())),
+//!         MeshMaterial3d(stripes.add(StripeMaterial::default())),
+//!         DirectionField::Axis(Dir3::Y),
+//!         Frequency::Uniform(12.0),
+//!     ));
+//! }
+//!
+//! App::new().add_plugins((DefaultPlugins, FieldPatternsPlugin)).add_systems(Startup, setup).run();
+//! ```
+//!
+//! An entity holds *state*: a mesh, what the pattern follows ([`DirectionField`](field::DirectionField)) and how dense it
+//! is ([`Frequency`](field::Frequency)). A material holds *style* and can be shared by any number of entities. What the
+//! plugin knows of a pattern is in its [`PatternState`](wave::PatternState).
+//!
+//! # The way of the data
+//!
+//! | room | from | to |
+//! |---|---|---|
+//! | [`surface`] | a mesh | a graph of welded vertices, its colours and its hierarchy |
+//! | [`field`] | the graph and the user's components | a direction d and a frequency f per vertex |
+//! | [`wave`] | graph, d, f | a phasor z per vertex, whose phase Φ grows along d by 2πf per unit length |
+//! | [`material`] | z and a style | pixels |
+//!
+//! # Words
+//!
+//! | word | meaning |
+//! |---|---|
+//! | unit length | of the mesh's own space, unless [`PatternSpace::World`](field::PatternSpace) |
+//! | symmetry | `Line`: d and -d are the same (curvature, tensors); `Vector`: they differ (flow, an axis) |
+//! | frequency f | stripes (periods) per unit length |
+//! | phase Φ, phasor z | z = cis Φ; its modulus tells how sure it is |
+//! | sweep | one update of every vertex, colour class by colour class |
+//! | energy | weighted mean over the edges of 1 - cos of the phase they are off by: 0 is perfect, 1 random |
+//! | branch | a triangle around which the phase winds: a stripe begins or ends there |
+//!
+//! # Sources
+//!
+//! C. Lichtenberg, N. Smit, C. Hansen, K. Lawonn, *Real-Time Field Aligned Stripe Patterns*, Computers & Graphics, 2018,
+//! doi:10.1016/j.cag.2018.04.008. Equation numbers in this documentation are its own.
 
 use bevy::app::{PluginGroup, PluginGroupBuilder};
 
+pub mod diagnostics;
 pub mod error;
 pub mod field;
 pub mod material;
@@ -15,7 +62,7 @@ pub mod prelude {
     pub use crate::{
         FieldPatternsPlugin,
         error::PatternError,
-        field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
+        field::{DirectionField, FieldTurn, Frequency, PatternSpace, Principal, Symmetry},
         material::{
             DebugStyle, Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial,
             Stripes,
@@ -34,6 +81,12 @@ impl PluginGroup for FieldPatternsPlugin {
         PluginGroupBuilder::start::<Self>()
             .add(wave::WavePlugin)
             .add(material::StripeMaterialPlugin)
+            .add(diagnostics::PatternDiagnosticsPlugin)
             .add(scene::PatternScenePlugin)
     }
 }
+
+/// The programs of the README compile.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -411,3 +411,51 @@ fn world_space_counts_stripes_per_unit_of_the_world() {
         "{in_world:?} {in_mesh:?}"
     );
 }
+
+#[test]
+fn diagnostics_tell_energy_and_branches() {
+    use bevy::{
+        diagnostic::DiagnosticsStore,
+        render::{RenderApp, diagnostic::RenderDiagnosticsPlugin, renderer::RenderDevice, settings::WgpuFeatures},
+    };
+    use bevy_field_patterns::diagnostics::{BRANCHES, ENERGY, MEMORY, SWEEPS};
+    let mut app = common::headless::headless_app(UVec2::splat(16)).unwrap();
+    app.add_plugins((FieldPatternsPlugin, RenderDiagnosticsPlugin));
+    common::headless::wait_until_ready(&mut app).unwrap();
+    let mesh = add_mesh(&mut app, &shapes::torus(70, 36, 1.0, 0.4, 0.25, 5));
+    let spawn = (Mesh3d(mesh), DirectionField::Axis(Dir3::Y), Frequency::Uniform(8.0));
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    // Frames that change nothing but solve again, since values arrive a few frames late.
+    for _ in 0..8 {
+        app.world_mut().trigger(RestartPattern { entity });
+        update(&mut app);
+        common::gpu::wait(&app);
+    }
+    let (d, f, z) = wave(&app, entity);
+    let q = quality(&graph(&app, entity), &d, &f, &z, Symmetry::Vector);
+    let (energy, branches, sweeps, memory) = (ENERGY, BRANCHES, SWEEPS, MEMORY);
+    let value = |path| {
+        app.world()
+            .resource::<DiagnosticsStore>()
+            .get(path)
+            .and_then(|d| d.value())
+    };
+    assert!(
+        value(&sweeps).is_some_and(|sweeps| sweeps == 14.0),
+        "{:?}",
+        value(&sweeps)
+    );
+    assert!(value(&memory).is_some_and(|bytes| bytes > 0.0));
+    let device = app.sub_app(RenderApp).world().resource::<RenderDevice>();
+    if !device.features().contains(WgpuFeatures::TIMESTAMP_QUERY) {
+        assert_eq!(value(&energy), None);
+        return;
+    }
+    let reported = value(&energy).expect("an energy");
+    assert!((reported - q.energy).abs() < 1e-3 * q.energy, "{reported} {q:?}");
+    assert!(
+        (value(&branches).expect("branches") - q.branches as f64).abs() < 0.5,
+        "{q:?}"
+    );
+}

@@ -6,12 +6,13 @@ mod common;
 use bevy::prelude::*;
 use bevy_field_patterns::{
     field::{DirectionField, Principal, Symmetry, directions},
-    surface::{SurfaceGraph, WeldOptions},
+    surface::{Level, SurfaceGraph, WeldOptions},
     wave::{
         kite::{cmul, edge_phase, phasor, reversed},
         quality,
         solver::{
-            ColdStart, LocalRule, Relaxation, SolverSettings, edges, energy, hash_turns, normalize_or, solve_cpu, sweep,
+            ColdStart, Edges, LocalRule, Relaxation, SolverSettings, align, coarsen, edges, energy, hash_turns,
+            normalize_or, prolong, solve_cpu, sweep,
         },
     },
 };
@@ -178,8 +179,8 @@ fn constant_field_on_a_plane_is_exact() {
     // One global phase is free.
     let frame = |i: usize, z: Vec2| if signs[i] { reversed(z) } else { z };
     let offset = cmul(frame(0, z[0]), Vec2::new(frame(0, exact(0)).x, -frame(0, exact(0)).y));
-    for i in 0..graph.len() {
-        let error = frame(i, z[i]).distance(cmul(frame(i, exact(i)), offset)) / std::f32::consts::TAU;
+    for (i, &z) in z.iter().enumerate() {
+        let error = frame(i, z).distance(cmul(frame(i, exact(i)), offset)) / std::f32::consts::TAU;
         assert!(error < 1e-4, "vertex {i} is off by {error} periods");
     }
 }
@@ -270,4 +271,48 @@ fn solving_survives_what_has_no_answer() {
         }
     }
     assert_eq!(normalize_or(Vec2::ZERO, Vec2::X), Vec2::X);
+}
+
+/// How well the phasors agree with what they see: the energy is Σw minus this.
+fn coherence(level: &Level, edges: &Edges, z: &[Vec2]) -> f64 {
+    let of_edge = |i: usize, k: usize| f64::from(z[i].dot(edges.seen(k, z[level.neighbors[k] as usize])));
+    (0..level.len())
+        .flat_map(|i| level.edges(i).map(move |k| (i, k)))
+        .map(|(i, k)| of_edge(i, k))
+        .sum()
+}
+
+/// A rotation of the aggregates changes the energy of the mesh by exactly what it changes the coarse energy.
+#[test]
+fn coarse_energy_is_the_fine_energy() {
+    let raw = shapes::torus(60, 30, 1.0, 0.4, 0.25, 6);
+    let graph = graph_of(&raw);
+    let d = field_of(&graph, &raw, &DirectionField::Axis(Dir3::Y), Symmetry::Vector);
+    let (fine, _) = edges(&graph, &d, &vec![5.0; graph.len()], Symmetry::Vector);
+    let [level, coarse, ..] = &graph.levels[..] else {
+        panic!("two levels at least");
+    };
+    let (mut z, mut sigma) = (vec![Vec2::X; level.len()], vec![1.0; level.len()]);
+    align(level, &fine, &mut z, &mut sigma);
+    assert!(
+        sigma.iter().all(|&sigma| sigma == 1.0),
+        "nothing flips on a vector field"
+    );
+    let ab = coarsen(level, &fine, &z, &sigma, coarse);
+    let one = vec![Vec2::X; coarse.len()];
+    let (fine_before, coarse_before) = (coherence(level, &fine, &z), coherence(coarse, &ab, &one));
+    for seed in 0..5 {
+        let y: Vec<Vec2> = (0..coarse.len() as u32)
+            .map(|p| phasor(hash_turns(p * 5 + seed)))
+            .collect();
+        let mut rotated = z.clone();
+        prolong(level, &y, &sigma, &mut rotated);
+        let fine_change = coherence(level, &fine, &rotated) - fine_before;
+        let coarse_change = coherence(coarse, &ab, &y) - coarse_before;
+        assert!(
+            (fine_change - coarse_change).abs() < 1e-5 * fine_before,
+            "{fine_change} {coarse_change}"
+        );
+        assert!(coarse_change.abs() > 0.1 * fine_before);
+    }
 }

@@ -17,7 +17,7 @@ pub(super) fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Send + Sync)
         Some(pool) if chunks.len() > 1 && pool.thread_num() > 1 => {
             let fill_chunk = &fill_chunk;
             pool.scope(|scope| {
-                chunks.for_each(|(chunk, values)| scope.spawn(async move { fill_chunk(chunk, values) }))
+                chunks.for_each(|(chunk, values)| scope.spawn(async move { fill_chunk(chunk, values) }));
             });
         }
         _ => chunks.for_each(|(chunk, values)| fill_chunk(chunk, values)),

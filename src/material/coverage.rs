@@ -1,10 +1,11 @@
 //! Periodic profiles seen through a pixel: the CPU twin of `coverage.wgsl`.
 //!
-//! In: a position in the period (0 at the middle of a stripe) and the footprint, the share of a period that one pixel
-//! covers. Out: the share of the pixel that is stripe, and its derivative. The filter is a box as wide as the footprint,
-//! taken twice: a tent, whose integral over a pulse, a sine and a saw-tooth is known in closed form. It vanishes at every
-//! multiple of 1 / footprint, so from one period per pixel on nothing but the mean is left.
+//! In: a position in the period (0 at the middle of a stripe) and w, how far the phase moves along the two sides of a
+//! pixel. Out: the share of the pixel that is stripe, and its derivative. Inside a pixel the phase is linear, so the mean
+//! over the pixel's square is the profile through two boxes, one per side: a trapezoid, whose integral over a pulse, a
+//! sine and a saw-tooth is known in closed form. That is what supersampling converges to.
 
+use bevy::math::{Vec2, Vec4};
 use std::f32::consts::{PI, TAU};
 
 /// The share of a pixel that a stripe covers.
@@ -16,96 +17,157 @@ pub struct Coverage {
     pub slope: f32,
 }
 
-/// The integral of the unit tent up to `t`.
-fn tent_step(t: f32) -> f32 {
-    let u = 1.0 - t.abs().min(1.0);
-    let half = 0.5 * u * u;
-    if t > 0.0 { 1.0 - half } else { half }
+/// Behind this nothing but the mean is left.
+const MAX_PERIODS: f32 = 64.0;
+/// The signs of a second difference over the trapezoid's four corners.
+const CORNERS: Vec4 = Vec4::new(1.0, -1.0, -1.0, 1.0);
+
+/// The trapezoid: reach of its foot and of its top, and the product of the boxes' widths.
+struct Pixel {
+    foot: f32,
+    top: f32,
+    area: f32,
 }
 
-fn tent(t: f32) -> f32 {
-    (1.0 - t.abs()).max(0.0)
+impl Pixel {
+    fn new(w: Vec2) -> Self {
+        let a = w.max_element().clamp(1e-4, MAX_PERIODS);
+        // A tenth does not show, and keeps the differences below exact.
+        let b = w.min_element().clamp(0.1 * a, MAX_PERIODS);
+        Self {
+            foot: 0.5 * (a + b),
+            top: 0.5 * (a - b),
+            area: a * b,
+        }
+    }
+
+    /// The trapezoid's corners, seen from x.
+    fn corners(&self, x: f32) -> Vec4 {
+        x + Vec4::new(self.foot, self.top, -self.top, -self.foot)
+    }
+
+    fn signs(&self) -> Vec4 {
+        CORNERS / self.area
+    }
+}
+
+/// A step from 0 to 1 at t = 0, through the trapezoid.
+fn step_coverage(t: f32, pixel: &Pixel) -> Coverage {
+    let at = t.clamp(-pixel.foot, pixel.foot);
+    let r = pixel.corners(at).max(Vec4::ZERO);
+    Coverage {
+        value: 0.5 * pixel.signs().dot(r * r),
+        slope: pixel.signs().dot(r),
+    }
 }
 
 fn wrapped(x: f32) -> f32 {
     x - x.round()
 }
 
-/// The half-width of the tent that `softness` (0..=1) and the footprint `w` make together, in periods.
-pub fn soft_width(softness: f32, duty: f32, w: f32) -> f32 {
+/// Two boxes as wide as `softness` (0..=1) asks for, next to those of the pixel, in periods. At softness 1 the stripe's
+/// slopes meet.
+pub fn soft_width(softness: f32, duty: f32, w: Vec2) -> Vec2 {
     let soft = 0.5 * softness * duty.min(1.0 - duty);
-    soft.hypot(w).clamp(1e-4, 1.0)
+    Vec2::new(soft.hypot(w.x), soft.hypot(w.y))
 }
 
-/// Stripes that take the share `duty` of each period, centred on x = 0, through a tent of half-width `w` (periods).
-pub fn pulse_coverage(x: f32, duty: f32, w: f32) -> Coverage {
+/// Stripes that take the share `duty` of each period, centred on x = 0; w in periods per pixel.
+pub fn pulse_coverage(x: f32, duty: f32, w: Vec2) -> Coverage {
+    let pixel = Pixel::new(w);
     let u = wrapped(x);
-    let width = w.clamp(1e-4, 1.0);
-    [-1.0, 0.0, 1.0].into_iter().fold(Coverage::default(), |sum, k| {
-        let rise = (u + k + 0.5 * duty) / width;
-        let fall = (u + k - 0.5 * duty) / width;
-        Coverage {
-            value: sum.value + tent_step(rise) - tent_step(fall),
-            slope: sum.slope + (tent(rise) - tent(fall)) / width,
-        }
-    })
-}
-
-/// A sine with its crest at x = 0, through a tent of half-width `w` (periods).
-pub fn sine_coverage(x: f32, w: f32) -> Coverage {
-    let a = PI * w.min(1.0);
-    let sinc = if a < 1e-3 { 1.0 } else { a.sin() / a };
-    let (sin, cos) = (TAU * wrapped(x)).sin_cos();
+    let h = 0.5 * duty;
+    if pixel.foot > 0.5 {
+        // More than two edges are in reach: differences of the second integral of the profile less its mean.
+        let beyond = pixel.corners(u);
+        let at = beyond - beyond.round();
+        let inside = at.clamp(Vec4::splat(-h), Vec4::splat(h));
+        let integral = at * at * (1.0 - duty) - (at - inside) * (at - inside);
+        return Coverage {
+            value: duty + 0.5 * pixel.signs().dot(integral),
+            slope: pixel.signs().dot(inside - duty * at),
+        };
+    }
+    let v = u.abs();
+    let [near, far, next] = [h - v, h + v, h + v - 1.0].map(|t| step_coverage(t, &pixel));
     Coverage {
-        value: 0.5 + 0.5 * sinc * sinc * cos,
-        slope: -PI * sinc * sinc * sin,
+        value: near.value + far.value + next.value - 1.0,
+        slope: u.signum() * (far.slope + next.slope - near.slope),
     }
 }
 
-/// A ramp from 0 to 1 that drops at x = -1/4 (where sin Φ = 0 and rises), through a tent of half-width `w` (periods).
-pub fn sawtooth_coverage(x: f32, w: f32) -> Coverage {
+/// The share of a wave's first harmonic that passes the filter.
+fn harmonic_passed(w: Vec2) -> f32 {
+    let sinc = |w: f32| {
+        let a = PI * w.min(MAX_PERIODS);
+        if a < 1e-3 { 1.0 } else { a.sin() / a }
+    };
+    sinc(w.x) * sinc(w.y)
+}
+
+/// A sine with its crest at x = 0; w in periods per pixel.
+pub fn sine_coverage(x: f32, w: Vec2) -> Coverage {
+    let passed = harmonic_passed(w);
+    let (sin, cos) = (TAU * wrapped(x)).sin_cos();
+    Coverage {
+        value: 0.5 + 0.5 * passed * cos,
+        slope: -PI * passed * sin,
+    }
+}
+
+/// A ramp from 0 to 1 that drops at x = -1/4 (where sin Φ = 0 and rises); w in periods per pixel.
+pub fn sawtooth_coverage(x: f32, w: Vec2) -> Coverage {
+    let pixel = Pixel::new(w);
     let u = (x + 0.25).rem_euclid(1.0);
-    let width = w.clamp(1e-4, 1.0);
-    [0.0, 1.0].into_iter().fold(
-        Coverage {
-            value: u + 1.0,
-            slope: 1.0,
-        },
-        |sum, k| Coverage {
-            value: sum.value - tent_step((u - k) / width),
-            slope: sum.slope - tent((u - k) / width) / width,
-        },
-    )
+    if pixel.foot > 0.5 {
+        let at = pixel.corners(u).map(|at| at.rem_euclid(1.0));
+        let integral = at * (at * (at / 6.0 - 0.25) + 1.0 / 12.0);
+        return Coverage {
+            value: 0.5 + pixel.signs().dot(integral),
+            slope: pixel.signs().dot(0.5 * at * (at - 1.0)),
+        };
+    }
+    let [drop, next] = [u, u - 1.0].map(|t| step_coverage(t, &pixel));
+    Coverage {
+        value: u + 1.0 - drop.value - next.value,
+        slope: 1.0 - drop.slope - next.slope,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The same filter by brute force: a tent-weighted mean of the unfiltered profile.
-    fn filtered(profile: impl Fn(f32) -> f32, x: f32, w: f32) -> f32 {
-        let n = 4000;
-        let (mut sum, mut weights) = (0.0_f64, 0.0_f64);
-        for k in 0..n {
-            let t = (k as f32 + 0.5) / n as f32 * 2.0 - 1.0;
-            sum += f64::from(tent(t) * profile(x + t * w));
-            weights += f64::from(tent(t));
-        }
-        (sum / weights) as f32
+    /// The same filter by brute force: the mean of the unfiltered profile over the pixel's square.
+    fn filtered(profile: impl Fn(f32) -> f32, x: f32, w: Vec2) -> f32 {
+        let n = 200;
+        let side = |k: i32| (k as f32 + 0.5) / n as f32 - 0.5;
+        let row = |k: i32| (0..n).map(|l| profile(x + w.x * side(k) + w.y * side(l))).sum::<f32>();
+        (0..n).map(row).sum::<f32>() / (n * n) as f32
     }
 
+    const WIDTHS: [Vec2; 6] = [
+        Vec2::new(0.05, 0.02),
+        Vec2::new(0.1, 0.3),
+        Vec2::new(0.4, 0.4),
+        Vec2::new(0.9, 0.3),
+        Vec2::new(0.7, 1.6),
+        Vec2::new(3.3, 0.4),
+    ];
+
     #[test]
-    fn closed_forms_are_the_tent_filter() {
-        let duty = 0.3;
-        for w in [0.05, 0.2, 0.5, 0.8, 1.0] {
-            for k in 0..40 {
-                let x = k as f32 / 20.0 - 1.0;
-                let pulse = filtered(|x| f32::from(wrapped(x).abs() < 0.5 * duty), x, w);
-                assert!((pulse - pulse_coverage(x, duty, w).value).abs() < 2e-3, "pulse {x} {w}");
-                let sine = filtered(|x| 0.5 + 0.5 * (TAU * x).cos(), x, w);
-                assert!((sine - sine_coverage(x, w).value).abs() < 1e-4, "sine {x} {w}");
-                let saw = filtered(|x| (x + 0.25).rem_euclid(1.0), x, w);
-                assert!((saw - sawtooth_coverage(x, w).value).abs() < 2e-3, "saw-tooth {x} {w}");
+    fn closed_forms_are_the_mean_over_the_pixel() {
+        for duty in [0.3, 0.8] {
+            for w in WIDTHS {
+                for k in 0..20 {
+                    let x = k as f32 / 10.0 - 1.003;
+                    let pulse = filtered(|x| f32::from(wrapped(x).abs() < 0.5 * duty), x, w);
+                    assert!((pulse - pulse_coverage(x, duty, w).value).abs() < 6e-3, "pulse {x} {w}");
+                    let sine = filtered(|x| 0.5 + 0.5 * (TAU * x).cos(), x, w);
+                    assert!((sine - sine_coverage(x, w).value).abs() < 1e-3, "sine {x} {w}");
+                    let saw = filtered(|x| (x + 0.25).rem_euclid(1.0), x, w);
+                    assert!((saw - sawtooth_coverage(x, w).value).abs() < 6e-3, "saw-tooth {x} {w}");
+                }
             }
         }
     }
@@ -113,31 +175,40 @@ mod tests {
     #[test]
     fn slopes_are_derivatives() {
         let h = 1e-3;
-        let profiles: [&dyn Fn(f32) -> Coverage; 3] =
-            [&|x| pulse_coverage(x, 0.4, 0.2), &|x| sine_coverage(x, 0.2), &|x| {
-                sawtooth_coverage(x, 0.2)
-            }];
-        for (index, profile) in profiles.iter().enumerate() {
-            for k in 0..50 {
-                let x = k as f32 * 0.02 + 0.003;
-                let difference = (profile(x + h).value - profile(x - h).value) / (2.0 * h);
-                assert!((difference - profile(x).slope).abs() < 0.05, "profile {index} at {x}");
+        for w in [Vec2::new(0.2, 0.1), Vec2::new(0.9, 0.6), Vec2::new(2.3, 1.2)] {
+            let profiles: [&dyn Fn(f32) -> Coverage; 3] =
+                [&|x| pulse_coverage(x, 0.4, w), &|x| sine_coverage(x, w), &|x| {
+                    sawtooth_coverage(x, w)
+                }];
+            for (index, profile) in profiles.iter().enumerate() {
+                for k in 0..50 {
+                    let x = k as f32 * 0.02 + 0.003;
+                    let difference = (profile(x + h).value - profile(x - h).value) / (2.0 * h);
+                    assert!(
+                        (difference - profile(x).slope).abs() < 0.1,
+                        "profile {index} at {x}, {w}: {difference} {}",
+                        profile(x).slope
+                    );
+                }
             }
         }
     }
 
     #[test]
-    fn one_period_per_pixel_leaves_the_mean() {
+    fn whole_periods_and_endless_pixels_leave_the_mean() {
         for k in 0..10 {
             let x = k as f32 / 10.0;
-            for w in [1.0, 3.0, 1e6] {
-                assert!((pulse_coverage(x, 0.3, w).value - 0.3).abs() < 1e-5);
-                assert!((sine_coverage(x, w).value - 0.5).abs() < 1e-5);
-                assert!((sawtooth_coverage(x, w).value - 0.5).abs() < 1e-5);
+            for w in [Vec2::new(1.0, 0.3), Vec2::new(0.4, 3.0), Vec2::INFINITY] {
+                assert!((pulse_coverage(x, 0.3, w).value - 0.3).abs() < 1e-3);
+                assert!((sine_coverage(x, w).value - 0.5).abs() < 1e-3);
+                assert!((sawtooth_coverage(x, w).value - 0.5).abs() < 1e-3);
             }
-            // The extremes of the duty are all gap and all stripe.
-            assert!(pulse_coverage(x, 0.0, 0.2).value.abs() < 1e-5);
-            assert!((pulse_coverage(x, 1.0, 0.2).value - 1.0).abs() < 1e-5);
+            // The extremes of the duty are all gap and all stripe; a close view has clean flats.
+            for w in [Vec2::splat(0.2), Vec2::new(1e-3, 1e-6), Vec2::ZERO] {
+                assert!(pulse_coverage(x, 0.0, w).value.abs() < 1e-5);
+                assert!((pulse_coverage(x, 1.0, w).value - 1.0).abs() < 1e-5);
+            }
         }
+        assert!((pulse_coverage(0.1, 0.5, Vec2::new(1e-3, 1e-6)).value - 1.0).abs() < 1e-5);
     }
 }

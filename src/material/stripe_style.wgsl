@@ -8,7 +8,6 @@
 // focus      1 where the style applies, 0 where not
 
 #import bevy_field_patterns::triangle_wave::Wave
-#import bevy_field_patterns::wave::footprint
 #import bevy_field_patterns::coverage::{Coverage, soft_width, pulse_coverage, sine_coverage, sawtooth_coverage}
 
 const TAU: f32 = 6.283185307179586;
@@ -41,6 +40,8 @@ struct Stripes {
     focus_flags: u32,
     profile: u32,
     debug: u32,
+    // 1 to filter the profile over the pixel, 0 to take one point of it [pixels]
+    filter_width: f32,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(103) var<uniform> stripes: Stripes;
@@ -90,7 +91,7 @@ fn turns_of(wave: Wave, time: f32) -> f32 {
     return select(turns, turns + fract(stripes.phase_offset - fract(stripes.phase_speed * time)), wave.vector);
 }
 
-fn profile_coverage(profile: u32, turns: f32, duty: f32, width: f32) -> Coverage {
+fn profile_coverage(profile: u32, turns: f32, duty: f32, width: vec2<f32>) -> Coverage {
     let crest = turns - 0.25;
     switch profile {
         case PROFILE_SINE, PROFILE_RAMP: { return sine_coverage(crest, width); }
@@ -128,19 +129,21 @@ fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
     out.focus = focus_weight(world_position);
     let profile = profile_of(wave);
     let turns = turns_of(wave, time);
-    let width = footprint(wave);
+    let width = stripes.filter_width * wave.sides;
+    let periods = stripes.filter_width * wave.footprint;
     let duty = stripes.duty * limited(out.focus, FOCUS_WIDTH);
-    // Near a branch the phase means nothing: fade to the mean.
-    let certain = smoothstep(0.05, 0.25, wave.confidence);
+    // At a branch the phase means nothing: fade to the mean. Close to it the footprint blurs by itself, as much as the
+    // distance of the view needs; a wide fade would be seen as a spot.
+    let certain = smoothstep(0.01, 0.08, wave.confidence);
 
     let sharp = profile_coverage(profile, turns, duty, width);
-    out.periods = width;
+    out.periods = periods;
     out.coverage = mix(mean_coverage(profile, duty), sharp.value, certain);
     out.solid = sharp.value;
     out.layer = mix(premultiplied(stripes.gap_color), premultiplied(stripes.color), out.coverage);
 #ifdef STRIPES_IMAGE
     if profile == stripes.profile {
-        let image = image_color(profile, turns, mix(1.0, width, certain));
+        let image = image_color(profile, turns, mix(1.0, periods, certain));
         out.solid = image.a;
         out.coverage = image.a;
         out.layer = premultiplied(stripes.gap_color) * (1.0 - image.a) + image;
@@ -149,8 +152,9 @@ fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
     out.solid = mix(1.0, out.solid, limited(out.focus, FOCUS_CUTOUT));
 
     // A bump needs a slope to be seen: its edges are bevelled, however sharp the colours are.
-    let bevelled = profile_coverage(profile, turns, duty, max(width, 0.25 * min(duty, 1.0 - duty)));
-    out.slope = bevelled.slope * certain * wave.per_pixel;
+    let bevelled = profile_coverage(profile, turns, duty, max(width, vec2(0.25 * min(duty, 1.0 - duty))));
+    // Its fade at a branch is wide, or the tip of a stripe would be a needle.
+    out.slope = bevelled.slope * smoothstep(0.05, 0.3, wave.confidence) * wave.per_pixel;
     return out;
 }
 

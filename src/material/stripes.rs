@@ -136,6 +136,9 @@ pub struct Stripes {
     pub drive: StripeDrive,
     /// Cut the gaps out, in the picture and in shadows. An opaque base gets `AlphaMode::Mask(0.5)`. Default `false`.
     pub cutout: bool,
+    /// Filter the profile over the pixel. Without it every pixel shows one point of the pattern, which is right where a
+    /// picture is supersampled already and flickers everywhere else. Default `true`.
+    pub anti_aliasing: bool,
     /// Where the style applies. Default: everywhere.
     pub focus: Focus,
     /// Show the wave instead. Default: no.
@@ -154,6 +157,7 @@ impl Default for Stripes {
             phase_speed: 0.0,
             drive: StripeDrive::default(),
             cutout: false,
+            anti_aliasing: true,
             focus: Focus::default(),
             debug: DebugStyle::None,
         }
@@ -204,6 +208,7 @@ impl Stripes {
                 focus_flags: self.focus.flags(),
                 profile,
                 debug: self.debug as u32,
+                filter_width: if self.anti_aliasing { 1.0 } else { 0.0 },
             },
             image: self.profile.image().cloned(),
         }
@@ -225,6 +230,7 @@ struct StripesUniform {
     focus_flags: u32,
     profile: u32,
     debug: u32,
+    filter_width: f32,
 }
 
 /// What the shaders bind. Apart from [`Stripes`], so that the shared buffers are no fields a user has to carry along.

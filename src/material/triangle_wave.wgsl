@@ -44,6 +44,10 @@ struct Wave {
     normal: vec3<f32>,
     // Derivatives of Phi / 2 pi along the screen [periods/pixel]; filled by `sample_wave`.
     per_pixel: vec2<f32>,
+    // How far the phase moves along the two sides of a pixel, and along its gradient: how much of a period a pixel
+    // covers [periods/pixel]; filled by `sample_wave`.
+    sides: vec2<f32>,
+    footprint: f32,
 }
 
 fn wave_in_triangle(corners: Corners, vector: bool, b: vec3<f32>) -> Wave {

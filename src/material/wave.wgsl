@@ -58,13 +58,15 @@ fn sample_wave(point: PatternPoint) -> Wave {
     wave = wave_in_triangle(corners, (surface[point.tag + 2u] & FLAG_VECTOR) != 0u, point.b);
     let v = corners.position;
     let sides = mat3x3(vec3(0.0), v[1] - v[0], v[2] - v[0]);
-    wave.per_pixel = vec2(dot(wave.gradient, sides * point.b_dx), dot(wave.gradient, sides * point.b_dy));
+    let dx = sides * point.b_dx;
+    let dy = sides * point.b_dy;
+    wave.per_pixel = vec2(dot(wave.gradient, dx), dot(wave.gradient, dy));
+    // Around a branch there are points where the phase stands still, but not as far as a pixel: what d and f ask for
+    // is the least a pixel covers.
+    let asked = wave.frequency * vec2(dot(wave.direction, dx), dot(wave.direction, dy));
+    wave.sides = max(abs(wave.per_pixel), abs(asked));
+    wave.footprint = length(wave.sides);
     return wave;
-}
-
-// How much of a period one pixel covers [periods/pixel].
-fn footprint(wave: Wave) -> f32 {
-    return length(wave.per_pixel);
 }
 
 fn has_pattern(point: PatternPoint) -> bool {

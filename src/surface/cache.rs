@@ -117,7 +117,7 @@ pub(crate) fn update_surfaces(
                     }
                 }
                 Ok(None) => {
-                    let (mesh, options) = (mesh.clone(), weld.0.clone());
+                    let (mesh, options) = (mesh.clone(), weld.0);
                     entry.task = Some(AsyncComputeTaskPool::get().spawn(async move { build(&mesh, &options) }));
                 }
                 Err(error) => {

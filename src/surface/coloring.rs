@@ -1,7 +1,8 @@
 //! Colours: classes of nodes that can be solved for at the same time, since no two of them are neighbours.
 //!
 //! In: the neighbours of each node and an order along a space-filling curve. Out: the solver order, colour class by
-//! colour class, along the curve inside a class.
+//! colour class, inside a class valence by valence, and along the curve inside a valence. Processors that work on many
+//! nodes in lockstep wait for the one with the most neighbours, so equal valences belong together.
 //!
 //! The colours are those of Jones and Plassmann (1993) with first fit: a node waits for its neighbours of higher
 //! priority and takes the smallest colour that is free. One after the other in descending priority gives the same
@@ -16,6 +17,8 @@ use super::{adjacency::Adjacency, order};
 
 /// Nodes of a smaller valence are no hubs. Vertices of ordinary meshes and aggregates stay below.
 const HUB: u32 = 16;
+/// Valences that are told apart in the solver order; larger ones count as the last.
+const VALENCES: u32 = 32;
 const UNCOLORED: u32 = u32::MAX;
 
 /// The nodes in solver order, and the offset of each colour class in it.
@@ -37,11 +40,15 @@ impl SolverOrder {
             .collect();
         let (colors, count) = first_fit(graph, &revisit);
 
-        let along_curve: Vec<u32> = curve.iter().map(|&node| colors[node as usize]).collect();
-        let (classes, members) = order::group(&along_curve, count);
+        let valence = |node: u32| (graph.of(node).len() as u32).min(VALENCES - 1);
+        let along_curve: Vec<u32> = curve
+            .iter()
+            .map(|&node| colors[node as usize] * VALENCES + valence(node))
+            .collect();
+        let (groups, members) = order::group(&along_curve, count * VALENCES as usize);
         Self {
             order: members.into_iter().map(|i| curve[i as usize]).collect(),
-            classes,
+            classes: groups.into_iter().step_by(VALENCES as usize).collect(),
         }
     }
 }

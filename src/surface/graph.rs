@@ -17,7 +17,8 @@ use bevy::prelude::*;
 
 /// A triangle mesh seen as a graph of welded vertices, with the colours and levels that the solver needs.
 ///
-/// Vertices are stored in **solver order**: colour class by colour class, along a Morton curve inside a class.
+/// Vertices are stored in **solver order**: colour class by colour class, inside a class valence by
+/// valence, and along a Morton curve inside a valence.
 /// Every per-vertex array of a pattern (directions, frequencies, phasors) is in this order; [`vertex_of`](Self::vertex_of)
 /// leads from the mesh's own vertices to it.
 #[derive(Asset, TypePath, Debug, Clone, Default, PartialEq)]
@@ -167,6 +168,15 @@ impl SurfaceGraph {
     /// Whether the graph has no vertex.
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
+    }
+
+    /// The first of the mesh's vertices at each graph vertex: an id that does not depend on the solver order.
+    pub fn first_vertices(&self) -> Vec<u32> {
+        let mut first = vec![0; self.len()];
+        for (vertex, &v) in self.vertex_of.iter().enumerate().rev() {
+            first[v as usize] = vertex as u32;
+        }
+        first
     }
 
     /// The finest level: the surface's own edges.

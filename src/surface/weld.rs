@@ -142,6 +142,10 @@ impl Grid {
         let side = tolerance * Self::SIDE;
         let cubes: Vec<DVec3> = positions.iter().map(|p| (p.as_dvec3() / side).floor()).collect();
         let mut vertices: Vec<u32> = (0..positions.len() as u32).collect();
+        #[expect(
+            clippy::needless_range_loop,
+            reason = "the axis of a vector, not an element of `cubes`"
+        )]
         for axis in 0..3 {
             let keys: Vec<u64> = vertices.iter().map(|&v| ascending(cubes[v as usize][axis])).collect();
             vertices = argsort(&keys).into_iter().map(|i| vertices[i as usize]).collect();

@@ -33,14 +33,17 @@ fn align(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     }
 }
 
-// Sums the edges between the children of p and other aggregates into the edges of p on the coarser level.
+// Sums the edges between the children of p and those of each neighbour q > p into the coarse edge from q to p, and
+// writes the reverse edge from p to q, whose weights are conj(A) and B.
 fn coarsen_node(level: LevelRecord, index: u32, coarse: LevelRecord, p: u32) {
     let first = coarse.neighbor_base + surface[coarse.offset_base + p];
     let end = coarse.neighbor_base + surface[coarse.offset_base + p + 1u];
     for (var n = first; n < end; n++) {
-        let q = coarse.edge_base + 2u * (n - coarse.neighbor_base);
-        edges[q] = vec2(0.0);
-        edges[q + 1u] = vec2(0.0);
+        if surface[n] > p {
+            let q = coarse.edge_base + 2u * (n - coarse.neighbor_base);
+            edges[q] = vec2(0.0);
+            edges[q + 1u] = vec2(0.0);
+        }
     }
     let last_child = surface[level.child_offset_base + p + 1u];
     for (var c = surface[level.child_offset_base + p]; c < last_child; c++) {
@@ -50,10 +53,11 @@ fn coarsen_node(level: LevelRecord, index: u32, coarse: LevelRecord, p: u32) {
         let edge_end = surface[level.offset_base + i + 1u];
         for (var k = surface[level.offset_base + i]; k < edge_end; k++) {
             let j = surface[level.neighbor_base + k];
-            let at = find(first, end, surface[level.parent_base + j]);
-            if at == end {
+            let parent = surface[level.parent_base + j];
+            if parent <= p {
                 continue;
             }
+            let at = find(first, end, parent);
             let z_j = wave[level.node_base + j];
             let ab = load_pair(level, index, k);
             var al = cmul(z_i, cmul(ab.xy, z_j));
@@ -66,6 +70,17 @@ fn coarsen_node(level: LevelRecord, index: u32, coarse: LevelRecord, p: u32) {
             let same = sigma_i == sigma_of(level, j);
             edges[q] += select(be, al, same);
             edges[q + 1u] += select(al, be, same);
+        }
+    }
+    for (var n = first; n < end; n++) {
+        let q = surface[n];
+        if q > p {
+            let other_first = coarse.neighbor_base + surface[coarse.offset_base + q];
+            let other_end = coarse.neighbor_base + surface[coarse.offset_base + q + 1u];
+            let back = coarse.edge_base + 2u * (find(other_first, other_end, p) - coarse.neighbor_base);
+            let here = coarse.edge_base + 2u * (n - coarse.neighbor_base);
+            edges[back] = conj(edges[here]);
+            edges[back + 1u] = edges[here + 1u];
         }
     }
 }

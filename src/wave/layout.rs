@@ -3,7 +3,7 @@
 //! | buffer | element | what it holds |
 //! |---|---|---|
 //! | surface | `u32` | records of entities; triangles, neighbours, hierarchy of graphs |
-//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, 0) |
+//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id) |
 //! | wave | `vec2<f32>` | per entity: d and f of each vertex, phasors of every level |
 //! | edges | `vec2<f32>` | per entity, solver only: weight of each directed edge of every level |
 //! | balance | `f32` | per entity, solver only: one number per node of every level |
@@ -46,7 +46,7 @@ pub struct PatternRecord {
     pub levels: u32,
     /// `surface[triangle_base + 3 t + c]` is the vertex at corner c of triangle t.
     pub triangle_base: u32,
-    /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, 0).
+    /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, id); the id is the bits of a u32, the vertex's number in the mesh.
     pub geometry_base: u32,
     /// `wave[field_base + 2 v]` is (d.x, d.y) of vertex v, the next one (d.z, f).
     pub field_base: u32,

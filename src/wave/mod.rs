@@ -68,15 +68,18 @@ impl Plugin for WavePlugin {
             .add_observer(patterns::remove_pattern);
         let update = (
             watch_meshes,
+            patterns::request_surfaces,
             update_surfaces,
-            patterns::update_patterns,
+            patterns::update_patterns.run_if(patterns::renders),
+            patterns::update_graphs.run_if(not(patterns::renders)),
             arena::grow_buffers.run_if(resource_exists::<Assets<ShaderBuffer>>),
         );
         app.configure_sets(
             PostUpdate,
             PatternSystems
                 .after(TransformSystems::Propagate)
-                .before(AssetEventSystems),
+                .before(AssetEventSystems)
+                .run_if(resource_exists::<Assets<Mesh>>),
         )
         .add_systems(PostUpdate, update.chain().in_set(PatternSystems));
         render::build(app);

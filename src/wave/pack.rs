@@ -5,7 +5,7 @@ use super::{
     layout::{LevelRecord, PatternRecord},
 };
 use crate::{error::PatternError, surface::SurfaceGraph};
-use bevy::math::{Vec3, Vec4};
+use bevy::math::Vec4;
 use std::ops::Range;
 
 pub(crate) const RECORD_WORDS: u32 = (size_of::<PatternRecord>() / 4) as u32;
@@ -33,11 +33,12 @@ pub(crate) struct PackedLevel {
     pub(crate) classes: Vec<u32>,
 }
 
-/// (position, area) and (normal, 0) per vertex.
-pub(crate) fn geometry(positions: &[Vec3], areas: &[f32], normals: &[Vec3]) -> Vec<Vec4> {
-    let vertices = positions.iter().zip(areas).zip(normals);
+/// (position, area) and (normal, id) per vertex; the id is the bits of the graph's first mesh vertex there.
+pub(crate) fn geometry(graph: &SurfaceGraph) -> Vec<Vec4> {
+    let ids = graph.first_vertices();
+    let vertices = graph.positions.iter().zip(&graph.areas).zip(&graph.normals).zip(ids);
     vertices
-        .flat_map(|((p, &area), n)| [p.extend(area), n.extend(0.0)])
+        .flat_map(|(((p, &area), n), id)| [p.extend(area), n.extend(f32::from_bits(id))])
         .collect()
 }
 
@@ -105,8 +106,7 @@ impl PackedGraph {
 
     /// Writes positions, areas and normals again.
     pub(crate) fn write_geometry(&self, graph: &SurfaceGraph, arena: &mut PatternArena) {
-        let vertices = geometry(&graph.positions, &graph.areas, &graph.normals);
-        arena.write(Pool::Geometry, self.geometry.start, &vertices);
+        arena.write(Pool::Geometry, self.geometry.start, &geometry(graph));
     }
 
     pub(crate) fn free(&self, arena: &mut PatternArena) {

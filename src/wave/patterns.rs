@@ -122,9 +122,9 @@ pub(crate) struct Patterned {
     mesh: Ref<'static, Mesh3d>,
     field: Ref<'static, DirectionField>,
     frequency: Ref<'static, Frequency>,
-    symmetry: Option<&'static Symmetry>,
-    turn: Option<&'static FieldTurn>,
-    space: Option<&'static PatternSpace>,
+    symmetry: Option<Ref<'static, Symmetry>>,
+    turn: Option<Ref<'static, FieldTurn>>,
+    space: Option<Ref<'static, PatternSpace>>,
     transform: Option<&'static GlobalTransform>,
     tag: Option<&'static MeshTag>,
     needs_vector: Option<&'static NeedsVector>,
@@ -199,6 +199,64 @@ pub(crate) fn update_patterns(
     }
 }
 
+/// Asks for the graphs of meshes that are new to their entities, in the frame in which their data are still there.
+pub(crate) fn request_surfaces(
+    changed: Query<
+        (&Mesh3d, Option<&PatternMesh>),
+        (
+            With<DirectionField>,
+            Or<(bevy::prelude::Changed<Mesh3d>, Added<DirectionField>)>,
+        ),
+    >,
+    mut cache: ResMut<SurfaceCache>,
+) {
+    for (mesh, meshes) in &changed {
+        if meshes.is_none_or(|meshes| meshes.drawn != mesh.0) {
+            cache.request(mesh.id());
+        }
+    }
+}
+
+/// Makes graphs only, for an app that renders nothing.
+pub(crate) fn update_graphs(
+    mut patterns: Query<(Entity, &Mesh3d, Option<&PatternMesh>, &mut PatternState), With<DirectionField>>,
+    mut cache: ResMut<SurfaceCache>,
+    mut commands: Commands,
+) {
+    for (entity, mesh, meshes, mut state) in &mut patterns {
+        let next = match cache.request(mesh.id()) {
+            SurfaceState::Preparing => PatternState::Preparing,
+            SurfaceState::Failed(error) => PatternState::Failed(error),
+            SurfaceState::Ready(surface) => {
+                let ready = PatternMesh {
+                    source: mesh.0.clone(),
+                    drawn: surface.drawn,
+                    graph: surface.graph,
+                };
+                if meshes != Some(&ready) {
+                    commands.entity(entity).try_insert(ready);
+                }
+                PatternState::NoGpu
+            }
+        };
+        if let PatternState::Failed(error) = &next
+            && *state != next
+        {
+            error!("no pattern on {entity}: {error}");
+            commands.trigger(PatternFailed {
+                entity,
+                error: error.clone(),
+            });
+        }
+        state.set_if_neq(next);
+    }
+}
+
+/// Whether the app has a GPU to solve on.
+pub(crate) fn renders(status: Res<GpuStatus>) -> bool {
+    !status.is_absent()
+}
+
 /// Gives back the memory of graphs whose meshes are gone.
 fn forget_removed(tools: &mut Tools) {
     for mesh in tools.cache.take_removed() {
@@ -220,22 +278,44 @@ enum Changed {
 }
 
 fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> Result<Changed, PatternError> {
-    let symmetry = item.symmetry.copied().unwrap_or_else(|| item.field.default_symmetry());
+    let symmetry = item
+        .symmetry
+        .as_ref()
+        .map_or_else(|| item.field.default_symmetry(), |symmetry| **symmetry);
     if let (Some(style), Symmetry::Line) = (item.needs_vector, symmetry) {
         return Err(PatternError::NeedsVectorSymmetry(style.0));
     }
     // What a style refused starts anew once the style or the field allows it.
     let refused = matches!(&*item.state, PatternState::Failed(PatternError::NeedsVectorSymmetry(_)));
     let fresh = fresh || refused;
-    let touched = item.mesh.is_changed() || item.field.is_changed() || item.frequency.is_changed();
+    let touched = item.mesh.is_changed()
+        || item.field.is_changed()
+        || item.frequency.is_changed()
+        || item.symmetry.as_ref().is_some_and(|symmetry| symmetry.is_changed())
+        || item.turn.as_ref().is_some_and(|turn| turn.is_changed())
+        || item.space.as_ref().is_some_and(|space| space.is_changed())
+        || matches!(&*item.state, PatternState::Failed(PatternError::MeshTagTaken));
     let own_mesh = item.meshes.is_some_and(|meshes| meshes.drawn == item.mesh.0);
+    if !own_mesh
+        && let Some(pattern) = item.pattern.as_mut()
+        && pattern.is_drawn()
+    {
+        // The pattern belongs to the mesh that was there before.
+        pattern.record.flags &= !FLAG_READY;
+        pattern.write_record(&mut tools.arena);
+    }
     let source = match item.meshes {
         Some(meshes) if own_mesh => meshes.source.clone(),
         _ => item.mesh.0.clone(),
     };
     let surface = match tools.cache.request(source.id()) {
         SurfaceState::Ready(surface) => surface,
-        SurfaceState::Preparing => return Ok(Changed::Waiting),
+        SurfaceState::Preparing => {
+            if !own_mesh {
+                hide(item, tools);
+            }
+            return Ok(Changed::Waiting);
+        }
         SurfaceState::Failed(error) => return Err(error),
     };
     if let PatternState::Failed(error) = &*item.state
@@ -249,13 +329,14 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
         return Err(error.clone());
     }
     let graph = pack(&surface, source.id(), tools)?;
-    let linear = match (item.space, item.transform) {
-        (Some(PatternSpace::World), Some(transform)) => Some(transform.affine().matrix3),
-        _ => None,
-    };
+    let in_world = item.space.as_ref().is_some_and(|space| **space == PatternSpace::World);
+    let linear = item
+        .transform
+        .filter(|_| in_world)
+        .map(|transform| transform.affine().matrix3);
     let inputs = Inputs {
         symmetry,
-        turn: item.turn.map_or(0.0, |turn| turn.0),
+        turn: item.turn.as_ref().map_or(0.0, |turn| turn.0),
         linear,
     };
     let current = item.pattern.as_ref().is_some_and(|pattern| {
@@ -273,7 +354,8 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
             return Err(PatternError::MeshTagTaken);
         }
         let mut pattern = Pattern::new(graph, &surface, inputs, tools)?;
-        update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, true)?;
+        // Bad input leaves a pattern that waits for a better one.
+        let updated = update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, true);
         let tag = pattern.ranges.record;
         let meshes = PatternMesh {
             source: source.clone(),
@@ -285,6 +367,7 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
             .commands
             .entity(item.entity)
             .try_insert((pattern, MeshTag(tag), Mesh3d(surface.drawn.clone()), meshes));
+        updated?;
         item.state.set_if_neq(PatternState::Preparing);
         return Ok(Changed::Waiting);
     }
@@ -371,19 +454,17 @@ fn update_inputs(
     };
     pattern.geometry = surface.geometry;
     pattern.inputs = inputs;
-    if !turned && !item.frequency.is_changed() && pattern.task.is_none() {
+    let waits = pattern.phase == Phase::Waiting;
+    if !turned && !item.frequency.is_changed() && pattern.task.is_none() && !waits {
         return Ok(Changed::Nothing);
     }
     let Some(graph) = tools.graphs.get(&surface.graph) else {
         return Ok(Changed::Waiting);
     };
     if moved && let (Some(linear), Some(first)) = (inputs.linear, pattern.ranges.geometry) {
-        let graph = in_world(graph, linear);
-        tools.arena.write(
-            Pool::Geometry,
-            first,
-            &geometry(&graph.positions, &graph.areas, &graph.normals),
-        );
+        tools
+            .arena
+            .write(Pool::Geometry, first, &geometry(&in_world(graph, linear)));
     }
     let vector = if inputs.symmetry == Symmetry::Vector {
         FLAG_VECTOR
@@ -528,6 +609,10 @@ fn schedule(
         }
         return;
     }
+    if pattern.task.is_some() && pattern.phase == Phase::Asleep {
+        // The old field is drawn until the new one is computed.
+        item.state.set_if_neq(PatternState::Solving);
+    }
     let member = pattern.member();
     if pattern.phase == Phase::Cold {
         if pattern.record.flags & FLAG_AXIS != 0 {
@@ -559,6 +644,16 @@ fn schedule(
             pattern.phase = Phase::Asleep;
             item.state.set_if_neq(PatternState::Converged);
         }
+    }
+}
+
+/// Draws the base material until the pattern is there for the entity's new mesh.
+fn hide(item: &mut PatternedItem, tools: &mut Tools) {
+    let drawn = item.pattern.as_mut().filter(|pattern| pattern.is_drawn());
+    if let Some(pattern) = drawn {
+        pattern.record.flags &= !FLAG_READY;
+        pattern.phase = Phase::Waiting;
+        pattern.write_record(&mut tools.arena);
     }
 }
 

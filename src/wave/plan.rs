@@ -12,7 +12,7 @@ use std::{ops::Range, sync::Arc};
 
 /// The compute passes; each is an entry point of the same name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Pass {
+pub(crate) enum Pass {
     /// Directions of entities that follow an axis.
     ProjectAxis,
     /// Edge constants.
@@ -51,7 +51,7 @@ pub enum Pass {
 
 impl Pass {
     /// All passes, in the order of their discriminants.
-    pub const ALL: [Self; 17] = [
+    pub(crate) const ALL: [Self; 17] = [
         Self::ProjectAxis,
         Self::EdgeWeights,
         Self::Align,
@@ -72,7 +72,7 @@ impl Pass {
     ];
 
     /// Name of the entry point.
-    pub fn entry_point(self) -> &'static str {
+    pub(crate) fn entry_point(self) -> &'static str {
         match self {
             Self::ProjectAxis => "project_axis",
             Self::EdgeWeights => "edge_weights",
@@ -353,10 +353,13 @@ impl Planner<'_> {
                 }
             });
             self.step(Pass::Prolong, &items, uniform);
+            if level == 0 {
+                break;
+            }
             let classes = self.class_items(large(), level);
-            let pass = if level == 0 { Pass::SweepFine } else { Pass::SweepCoarse };
             for n in 0..level_sweeps {
-                self.relax(pass, &classes, TURN, if n == 0 { 1.0 } else { self.settings.omega });
+                let omega = if n == 0 { 1.0 } else { self.settings.omega };
+                self.relax(Pass::SweepCoarse, &classes, TURN, omega);
             }
         }
     }

@@ -24,6 +24,7 @@ use bevy::{
             binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, uniform_buffer_sized},
         },
         renderer::{RenderAdapterInfo, RenderContext, RenderDevice, RenderGraph, RenderGraphSystems, RenderQueue},
+        settings::WgpuFeatures,
         storage::GpuShaderBuffer,
     },
 };
@@ -41,6 +42,7 @@ pub(crate) struct GpuStatus(Arc<Status>);
 
 #[derive(Default)]
 struct Status {
+    absent: AtomicBool,
     ready: AtomicBool,
     reports: AtomicBool,
     generation: AtomicU32,
@@ -49,6 +51,11 @@ struct Status {
 }
 
 impl GpuStatus {
+    /// The app renders nothing.
+    pub(crate) fn is_absent(&self) -> bool {
+        self.0.absent.load(Relaxed)
+    }
+
     /// All pipelines are compiled.
     pub(crate) fn is_ready(&self) -> bool {
         self.0.ready.load(Relaxed)
@@ -134,6 +141,7 @@ pub(crate) fn build(app: &mut App) {
     embedded_asset!(app, "sweep.wgsl");
     embedded_asset!(app, "measure.wgsl");
     let status = GpuStatus::default();
+    status.0.absent.store(app.get_sub_app(RenderApp).is_none(), Relaxed);
     let counters = SolverCounters::default();
     app.insert_resource(status.clone()).insert_resource(counters.clone());
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
@@ -370,7 +378,10 @@ fn solve(
 ) {
     let diagnostics = context.diagnostic_recorder();
     let diagnostics = diagnostics.as_deref();
-    status.0.reports.store(diagnostics.is_some(), Relaxed);
+    // Without queries of its own, Bevy's recorder reads values from buffers that it has not mapped, and panics.
+    let queries = WgpuFeatures::TIMESTAMP_QUERY | WgpuFeatures::PIPELINE_STATISTICS_QUERY;
+    let reports = diagnostics.is_some() && device.features().intersects(queries);
+    status.0.reports.store(reports, Relaxed);
     counters.0.dispatches.store(prepared.steps.len() as u32, Relaxed);
     counters.0.sweeps.store(prepared.sweeps, Relaxed);
     let (Some(pipelines), Some(bind_group)) = (pipelines, &prepared.bind_group) else {
@@ -403,7 +414,7 @@ fn solve(
         drop(pass);
         first += len;
     }
-    let reported = prepared.steps.iter().any(|step| step.pass == Pass::Report);
+    let reported = reports && prepared.steps.iter().any(|step| step.pass == Pass::Report);
     if let (true, Some(balance)) = (reported, buffers.get(&Pool::Balance.handle())) {
         diagnostics.record_f32(encoder, &balance.buffer.slice(0..4), "pattern_energy");
         diagnostics.record_f32(encoder, &balance.buffer.slice(4..8), "pattern_branches");

@@ -3,13 +3,13 @@
 //! In: a graph, a direction d and a frequency f per vertex. Out: a unit phasor z per vertex.
 //!
 //! Every vertex i sees each neighbour j through the edge's phase Φ_ji (Eq. 3 of Lichtenberg et al. 2018): as
-//! w e^{iΦ_ji} z_j, or, where the two directions are opposed on a line field, as w · -conj(e^{iΦ_ji} z_j). A sweep moves
+//! `w e^{iΦ_ji} z_j`, or, where the two directions are opposed on a line field, as `-w conj(e^{iΦ_ji} z_j)`. A sweep moves
 //! every z_i towards the sum t_i of what it sees, one colour class after the other; each such move lowers the energy
 //! E = Σ w (1 - cos r) over the edges, r being the phase an edge is off by (Eq. 4, 5).
 //!
 //! The cold start is a Galerkin hierarchy. A coarse node p stands for one rigid phase rotation y_p of all its children,
-//! z_i ← z_i y_p (σ_i = +1) or z_i conj(y_p) (σ_i = -1); in these unknowns the energy has the same form again, with
-//! t_p = Σ A_pq y_q + B_pq conj(y_q), and the coarse weights A, B are exact sums over the fine edges between two
+//! `z_i ← z_i y_p` (σ_i = +1) or `z_i conj(y_p)` (σ_i = -1); in these unknowns the energy has the same form again, with
+//! `t_p = Σ A_pq y_q + B_pq conj(y_q)`, and the coarse weights A, B are exact sums over the fine edges between two
 //! aggregates. No coarse position, normal or direction is needed.
 
 use super::kite::{cmul, edge_phase, phasor, reversed};
@@ -31,7 +31,7 @@ pub struct SolverSettings {
     pub cold_start: ColdStart,
     /// Soft sweeps on the mesh after the hierarchy. Default 10.
     pub soft_sweeps: u32,
-    /// Plain sweeps that end every solve; they never raise the energy. Default 5.
+    /// Plain sweeps that end every solve; they never raise the energy. Default 4.
     pub plain_sweeps: u32,
     /// Soft sweeps per frame while an input changes. Default 3; 1 follows slowly, 10 is nearly converged.
     pub warm_sweeps: u32,
@@ -46,7 +46,7 @@ pub struct SolverSettings {
 pub enum ColdStart {
     /// The Galerkin hierarchy: no random numbers, long waves come out right at once.
     Hierarchy {
-        /// Sweeps on each level. Default 4.
+        /// Sweeps on each coarse level; the soft sweeps take over on the mesh. Default 4.
         level_sweeps: u32,
     },
     /// The local rule as Lichtenberg et al. 2018 print it (section 3.3): random phases from a hash of the vertex id,
@@ -89,7 +89,7 @@ impl Default for SolverSettings {
         Self {
             cold_start: ColdStart::default(),
             soft_sweeps: 10,
-            plain_sweeps: 5,
+            plain_sweeps: 4,
             warm_sweeps: 3,
             omega: 1.6,
             softness: 0.9,
@@ -119,7 +119,7 @@ pub enum Relaxation {
 /// The edge constants of one level.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Edges {
-    /// The mesh: E = w e^{iΦ_ji} per directed edge; the lowest bit of E.x says that the edge flips.
+    /// The mesh: `E = w e^{iΦ_ji}` per directed edge; the lowest bit of E.x says that the edge flips.
     Fine(Vec<Vec2>),
     /// A coarse level: A and B per directed edge.
     Coarse(Vec<[Vec2; 2]>),
@@ -127,7 +127,7 @@ pub enum Edges {
 
 impl Edges {
     /// What the target of edge `k` sees of its source's phasor `z`.
-    fn seen(&self, k: usize, z: Vec2) -> Vec2 {
+    pub fn seen(&self, k: usize, z: Vec2) -> Vec2 {
         match self {
             Self::Fine(e) => {
                 let seen = cmul(e[k], z);
@@ -165,9 +165,9 @@ pub fn normalize_or(z: Vec2, fallback: Vec2) -> Vec2 {
     if r > 1e-14 { z / r } else { fallback }
 }
 
-/// The edge pass (Eq. 3, kite form): w e^{iΦ_ji} and flip of every directed edge, and the sum of weights per vertex.
+/// The edge pass (Eq. 3, kite form): `w e^{iΦ_ji}` and flip of every directed edge, and the sum of weights per vertex.
 ///
-/// `directions` and `frequencies` are one per vertex, in solver order; Φ_ji = 2π (f_i + f_j)/2 · aligned distance.
+/// `directions` and `frequencies` are one per vertex, in solver order; `Φ_ji = 2π (f_i + f_j)/2` times the aligned distance.
 pub fn edges(graph: &SurfaceGraph, directions: &[Vec3], frequencies: &[f32], symmetry: Symmetry) -> (Edges, Vec<f32>) {
     let level = graph.mesh_level();
     let mut e = vec![Vec2::ZERO; level.neighbors.len()];
@@ -260,18 +260,23 @@ pub fn align(level: &Level, edges: &Edges, z: &mut [Vec2], sigma: &mut [f32]) {
     }
 }
 
-/// The weights A, B of the coarser level: exact sums over the fine edges between two aggregates.
+/// The weights A, B of the coarser level: exact sums over the fine edges between two aggregates p < q. The edge back
+/// has the weights conj(A) and B, since the energy is one.
 pub fn coarsen(level: &Level, edges: &Edges, z: &[Vec2], sigma: &[f32], coarse: &Level) -> Edges {
     let mut ab = vec![[Vec2::ZERO; 2]; coarse.neighbors.len()];
-    for p in 0..coarse.len() {
-        let range = coarse.edges(p);
+    for p in 0..coarse.len() as u32 {
+        let range = coarse.edges(p as usize);
         let neighbors = &coarse.neighbors[range.clone()];
-        let children = level.child_offsets[p] as usize..level.child_offsets[p + 1] as usize;
+        let children = level.child_offsets[p as usize] as usize..level.child_offsets[p as usize + 1] as usize;
         for &i in &level.children[children] {
             let i = i as usize;
             for k in level.edges(i) {
                 let j = level.neighbors[k] as usize;
-                let Ok(n) = neighbors.binary_search(&level.parents[j]) else {
+                let parent = level.parents[j];
+                if parent <= p {
+                    continue;
+                }
+                let Ok(n) = neighbors.binary_search(&parent) else {
                     continue;
                 };
                 let [a, b] = edges.pair(k);
@@ -286,6 +291,13 @@ pub fn coarsen(level: &Level, edges: &Edges, z: &[Vec2], sigma: &[f32], coarse: 
                 let sum = &mut ab[range.start + n];
                 sum[0] += al;
                 sum[1] += be;
+            }
+        }
+        for (n, &q) in neighbors.iter().enumerate().filter(|&(_, &q)| q > p) {
+            let back = coarse.edges(q as usize);
+            if let Ok(m) = coarse.neighbors[back.clone()].binary_search(&p) {
+                let [a, b] = ab[range.start + n];
+                ab[back.start + m] = [conj(a), b];
             }
         }
     }
@@ -379,10 +391,10 @@ pub fn solve_cpu(
             }
             Solution {
                 phasors: z,
-                sweeps: level_sweeps + settings.soft_sweeps + settings.plain_sweeps,
+                sweeps: settings.soft_sweeps + settings.plain_sweeps,
             }
         }
-        ColdStart::Local(rule) => solve_local(graph.mesh_level(), &fine, &sums, rule),
+        ColdStart::Local(rule) => solve_local(graph, &fine, &sums, rule),
     }
 }
 
@@ -454,7 +466,8 @@ fn cold_start(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32)
         if n + 1 < levels.len() {
             prolong(level, &y, sigma, z);
         }
-        for s in 0..level_sweeps {
+        let sweeps = if n == 0 { 0 } else { level_sweeps };
+        for s in 0..sweeps {
             let omega = if s == 0 { 1.0 } else { omega };
             sweep(level, edges, &[], z, Relaxation::Turn { omega });
         }
@@ -463,8 +476,13 @@ fn cold_start(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32)
     y
 }
 
-fn solve_local(level: &Level, edges: &Edges, sums: &[f32], rule: &LocalRule) -> Solution {
-    let mut z: Vec<Vec2> = (0..level.len() as u32).map(|i| phasor(hash_turns(i))).collect();
+fn solve_local(graph: &SurfaceGraph, edges: &Edges, sums: &[f32], rule: &LocalRule) -> Solution {
+    let level = graph.mesh_level();
+    let mut z: Vec<Vec2> = graph
+        .first_vertices()
+        .into_iter()
+        .map(|id| phasor(hash_turns(id)))
+        .collect();
     let mut delta = vec![Vec2::ZERO; z.len()];
     let mut before = f32::INFINITY;
     let mut sweeps = 0;

@@ -3,7 +3,7 @@
 #import bevy_field_patterns::layout::LevelRecord
 #import bevy_field_patterns::kite::phasor
 #import bevy_field_patterns::passes::{
-    step, surface, wave, edges, balance, STATE_DONE, WORKGROUP, load_item, load_level, seen_fine, relax, normalize_or,
+    step, surface, geometry, wave, edges, balance, STATE_DONE, WORKGROUP, load_item, load_level, seen_fine, relax, normalize_or,
     state_base,
 }
 
@@ -43,12 +43,13 @@ fn hash_turns(id: u32) -> f32 {
     return f32(x >> 8u) / 16777216.0;
 }
 
-// The start of the local rule: a phase from the vertex id, no momentum.
+// The start of the local rule: a phase from the mesh's own vertex id, no momentum.
 @compute @workgroup_size(64)
 fn start_local(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        wave[surface[item.x + 7u] + i] = phasor(hash_turns(i));
+        let id = bitcast<u32>(geometry[surface[item.x + 5u] + 2u * i + 1u].w);
+        wave[surface[item.x + 7u] + i] = phasor(hash_turns(id));
         wave[surface[item.x + 15u] + i] = vec2(0.0);
     }
     if item.z + local == 0u && item.w > 0u {

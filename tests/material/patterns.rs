@@ -78,7 +78,8 @@ impl Pattern {
                 let normal = radial * v.cos() + Vec3::Y * v.sin();
                 let p = radial + minor * normal;
                 let d = axis.reject_from(normal).normalize_or(Vec3::X);
-                let turned = symmetry == Symmetry::Line && random() < 0.3;
+                // Drawn for both symmetries, so that both have the same vertices.
+                let turned = (random() < 0.3) && symmetry == Symmetry::Line;
                 let z = phasor(frequency * p.dot(axis));
                 pattern.positions.push(p);
                 pattern.normals.push(normal);

@@ -77,7 +77,7 @@ pub fn joined(high: f32, low: f32) -> f32 {
 
 const WGSL: &str = "
 #import bevy_pbr::forward_io::VertexOutput
-#import bevy_field_patterns::wave::{pattern_point, sample_wave, footprint}
+#import bevy_field_patterns::wave::{pattern_point, sample_wave}
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(103) var<uniform> mode: u32;
 
@@ -103,6 +103,6 @@ fn fragment(
     if mode == 1u {
         return vec4(split(point.b.x), split(point.b.y));
     }
-    return vec4(f32(point.triangle), f32(point.tag % 1024u), footprint(wave), 0.5);
+    return vec4(f32(point.triangle), f32(point.tag % 1024u), wave.footprint, 0.5);
 }
 ";

@@ -4,6 +4,7 @@ use bevy::{
     app::{PluginGroupBuilder, PluginsState},
     camera::{Hdr, RenderTarget},
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap},
     mesh::MeshTag,
     prelude::*,
     render::{
@@ -154,6 +155,7 @@ impl Stage {
         ))
         .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(16)))
         .insert_resource(ClearColor(Color::BLACK))
+        .insert_resource(DirectionalLightShadowMap { size: 1024 })
         .init_resource::<Received>();
         while app.plugins_state() == PluginsState::Adding {
             bevy::tasks::tick_global_task_pools_on_main_thread();

@@ -1,0 +1,269 @@
+//! One sample per pixel looks like the mean of many: the analytic filter of stripes against 64 unfiltered samples.
+//!
+//! In: a torus with 20 to 400 stripes, near, in the middle, far away; unlit and without tone mapping. The truth is the
+//! same pattern without anti-aliasing, drawn eight times as large and averaged in linear light; the camera of the large
+//! picture is rolled, for samples in rows and columns would themselves miss an edge that runs along them by a sixteenth.
+//! Pixels closer than two pixels to the silhouette do not count, for there the geometry is aliased, not the pattern.
+
+mod common;
+
+use bevy::{
+    camera::RenderTarget,
+    core_pipeline::tonemapping::{DebandDither, Tonemapping},
+    prelude::*,
+    render::render_resource::{TextureFormat, TextureUsages},
+};
+use bevy_field_patterns::{field::Principal, prelude::*};
+use common::{add_mesh, app, headless, settle, shapes, update};
+
+const SIZE: UVec2 = UVec2::new(120, 90);
+/// Height of the picture as seen from the distance 1: a lens of 45 degrees.
+const HEIGHT: f32 = 0.828;
+/// Samples per pixel, along each side.
+const SAMPLES: u32 = 8;
+/// Side of the rolled square that holds a picture, in its pixels.
+const ROLLED: u32 = 150;
+/// A roll that has no small fraction for a tangent: the golden ratio less 1.
+const ROLL: f32 = 0.5536;
+/// Where nothing is drawn; stripes are grey.
+const BACKGROUND: LinearRgba = LinearRgba::RED;
+
+/// Linear light: how bright, and what share of the pixel is surface.
+struct Picture {
+    size: UVec2,
+    pixels: Vec<Vec2>,
+}
+
+impl Picture {
+    /// `height` is that of the view at the distance 1.
+    fn draw(app: &mut App, size: UVec2, height: f32, from: Transform) -> Self {
+        let mut image = Image::new_target_texture(size.x, size.y, TextureFormat::Rgba8UnormSrgb, None);
+        image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
+        let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
+        let camera = app
+            .world_mut()
+            .spawn((
+                Camera3d::default(),
+                Camera {
+                    clear_color: ClearColorConfig::Custom(BACKGROUND.into()),
+                    ..default()
+                },
+                Projection::Perspective(PerspectiveProjection {
+                    fov: 2.0 * (0.5 * height).atan(),
+                    ..default()
+                }),
+                RenderTarget::Image(target.clone().into()),
+                Msaa::Off,
+                Tonemapping::None,
+                DebandDither::Disabled,
+                from,
+            ))
+            .id();
+        // Pipelines compile as they are needed; a new camera and a changed material show in the next frame.
+        update(app);
+        update(app);
+        let image = headless::capture(app, &target).expect("a picture");
+        app.world_mut().despawn(camera);
+        let linear: Vec<f32> = (0..=255_u8)
+            .map(|byte| Srgba::gamma_function(f32::from(byte) / 255.0))
+            .collect();
+        let (pixels, _) = image.data.as_deref().expect("pixels").as_chunks::<4>();
+        let pixels = pixels
+            .iter()
+            .map(|p| [p[0], p[1]].map(|byte| linear[usize::from(byte)]))
+            .map(|[red, green]| Vec2::new(green, 1.0 - (red - green)))
+            .collect();
+        Self { size, pixels }
+    }
+
+    /// The mean of about 64 samples per pixel.
+    fn supersampled(app: &mut App, mut from: Transform) -> Self {
+        from.rotate_local_z(ROLL);
+        let height = HEIGHT * ROLLED as f32 / SIZE.y as f32;
+        let samples = Self::draw(app, UVec2::splat(ROLLED * SAMPLES), height, from);
+        let roll = Vec2::from_angle(-ROLL);
+        let mut sums = vec![Vec3::ZERO; SIZE.element_product() as usize];
+        for (k, sample) in (0..).zip(&samples.pixels) {
+            let at = UVec2::new(k % samples.size.x, k / samples.size.x).as_vec2() + 0.5;
+            let at = at / SAMPLES as f32 - 0.5 * ROLLED as f32;
+            let pixel = (roll.rotate(at) + 0.5 * SIZE.as_vec2()).floor();
+            if pixel.cmpge(Vec2::ZERO).all() && pixel.cmplt(SIZE.as_vec2()).all() {
+                sums[(pixel.y as u32 * SIZE.x + pixel.x as u32) as usize] += sample.extend(1.0);
+            }
+        }
+        let pixels = sums.iter().map(|sum| sum.truncate() / sum.z).collect();
+        Self { size: SIZE, pixels }
+    }
+
+    fn at(&self, pixel: UVec2) -> Vec2 {
+        self.pixels[(pixel.y * self.size.x + pixel.x) as usize]
+    }
+
+    /// Pixels that are surface, as are all pixels up to two away.
+    fn inside(&self) -> Vec<UVec2> {
+        let whole = |x: u32, y: u32| self.at(UVec2::new(x, y)).y > 0.999;
+        (2..self.size.y - 2)
+            .flat_map(|y| (2..self.size.x - 2).map(move |x| UVec2::new(x, y)))
+            .filter(|p| (p.y - 2..=p.y + 2).all(|y| (p.x - 2..=p.x + 2).all(|x| whole(x, y))))
+            .collect()
+    }
+}
+
+fn deviation(values: &[f32]) -> f32 {
+    let mean = values.iter().sum::<f32>() / values.len() as f32;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f32>() / values.len() as f32).sqrt()
+}
+
+/// How far the filtered picture is from the truth.
+#[derive(Debug)]
+struct Difference {
+    /// Root of the mean square, in shares of white.
+    rms: f32,
+    /// Of the unfiltered picture, for comparison.
+    unfiltered: f32,
+    /// Contrast (standard deviation) as a share of the truth's.
+    contrast: f32,
+    pixels: usize,
+}
+
+struct Scene {
+    app: App,
+    mesh: Handle<Mesh>,
+    entity: Entity,
+    filtered: Handle<StripeMaterial>,
+    unfiltered: Handle<StripeMaterial>,
+}
+
+impl Scene {
+    fn new() -> Self {
+        let mut app = app();
+        let mesh = add_mesh(&mut app, &shapes::torus(160, 64, 1.0, 0.4, 0.3, 3));
+        let mut material = |anti_aliasing| {
+            let material = StripeMaterial {
+                base: StandardMaterial {
+                    unlit: true,
+                    ..default()
+                },
+                extension: Stripes {
+                    color: LinearRgba::BLACK,
+                    gap_color: LinearRgba::WHITE,
+                    anti_aliasing,
+                    ..default()
+                },
+            };
+            app.world_mut().resource_mut::<Assets<StripeMaterial>>().add(material)
+        };
+        let (filtered, unfiltered) = (material(true), material(false));
+        let entity = app
+            .world_mut()
+            .spawn((
+                Mesh3d(mesh),
+                DirectionField::Axis(Dir3::Y),
+                MeshMaterial3d(filtered.clone()),
+            ))
+            .id();
+        Self {
+            app,
+            entity,
+            filtered,
+            unfiltered,
+        }
+    }
+
+    /// `stripes` is the number of periods along the circle of radius 1 in the tube.
+    fn pattern(&mut self, field: DirectionField, stripes: f32) {
+        let frequency = Frequency::Uniform(stripes / std::f32::consts::TAU);
+        let world = self.app.world_mut();
+        world.despawn(self.entity);
+        let material = MeshMaterial3d(self.filtered.clone());
+        self.entity = world
+            .spawn((Mesh3d(self.mesh.clone()), material, field, frequency))
+            .id();
+        settle(&mut self.app);
+    }
+
+    fn wear(&mut self, material: Handle<StripeMaterial>) -> &mut App {
+        self.app
+            .world_mut()
+            .entity_mut(self.entity)
+            .insert(MeshMaterial3d(material));
+        &mut self.app
+    }
+
+    fn difference(&mut self, from: Transform, name: &str) -> Difference {
+        let filtered = Picture::draw(self.wear(self.filtered.clone()), SIZE, HEIGHT, from);
+        let unfiltered = Picture::draw(self.wear(self.unfiltered.clone()), SIZE, HEIGHT, from);
+        let truth = Picture::supersampled(&mut self.app, from);
+        if let Ok(directory) = std::env::var("PATTERN_PICTURES") {
+            for (picture, kind) in [(&filtered, "filtered"), (&unfiltered, "unfiltered"), (&truth, "truth")] {
+                save(picture, &format!("{directory}/{name} {kind}.png"));
+            }
+        }
+        let inside = truth.inside();
+        let values = |picture: &Picture| inside.iter().map(|&p| picture.at(p).x).collect::<Vec<_>>();
+        let (filtered, unfiltered, truth) = (values(&filtered), values(&unfiltered), values(&truth));
+        let rms = |values: &[f32]| {
+            let squares = values.iter().zip(&truth).map(|(a, b)| (a - b).powi(2));
+            (squares.sum::<f32>() / truth.len() as f32).sqrt()
+        };
+        Difference {
+            rms: rms(&filtered),
+            unfiltered: rms(&unfiltered),
+            contrast: deviation(&filtered) / deviation(&truth),
+            pixels: truth.len(),
+        }
+    }
+}
+
+fn save(picture: &Picture, path: &str) {
+    let bytes = picture.pixels.iter().flat_map(|p| {
+        let v = (255.0 * Srgba::gamma_function_inverse(p.x)) as u8;
+        [v, v, v, 255]
+    });
+    let mut image = Image::new_target_texture(picture.size.x, picture.size.y, TextureFormat::Rgba8UnormSrgb, None);
+    image.data = Some(bytes.collect());
+    headless::save_png(&image, path.as_ref()).expect("a file");
+}
+
+/// From 40 degrees off the torus's axis, where no part of it hides another.
+fn from(distance: f32, towards: Vec3) -> Transform {
+    let (sin, cos) = 40_f32.to_radians().sin_cos();
+    Transform::from_translation(towards + distance * Vec3::new(0.0, cos, sin)).looking_at(towards, Vec3::Y)
+}
+
+#[test]
+fn one_sample_is_the_mean_of_many() {
+    let mut scene = Scene::new();
+    let curvature = DirectionField::PrincipalCurvature {
+        direction: Principal::Minor,
+        smoothing: 10,
+    };
+    let mut failures = Vec::new();
+    let axis = DirectionField::Axis(Dir3::X);
+    for (field_name, field, counts) in [
+        ("axis", axis, &[20.0, 90.0, 400.0][..]),
+        ("curvature", curvature, &[90.0]),
+    ] {
+        for &stripes in counts {
+            scene.pattern(field.clone(), stripes);
+            for (view, distance, towards) in [
+                ("near", 1.1, Vec3::new(0.0, 0.3, 1.0)),
+                ("middle", 4.5, Vec3::ZERO),
+                ("far", 9.0, Vec3::ZERO),
+            ] {
+                let name = format!("{field_name} {stripes} {view}");
+                let found = scene.difference(from(distance, towards), &name);
+                println!("{name:20} {found:?}");
+                let contrast = if view == "near" { 0.95 } else { 0.0 };
+                if found.pixels < 80
+                    || found.rms > 0.025
+                    || found.unfiltered < 3.0 * found.rms
+                    || found.contrast < contrast
+                {
+                    failures.push(format!("{name}: {found:?}"));
+                }
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
