@@ -19,9 +19,9 @@ fn fragment(
     let facing = abs(dot(normalize(in.world_normal), to_eye));
     // d and -d are the same for a line field, and so are their colours.
     let ground = mix(vec3(0.02, 0.03, 0.08), wave.direction * wave.direction, 0.6) * facing;
-    // Phase 1/4 is a crest; the footprint keeps far lines from flickering.
+    // Phase 1/4 is a crest; the pixel's sides keep far lines from flickering.
     let turns = atan2(wave.phasor.y, wave.phasor.x) / 6.2831853 - 0.25;
-    let crest = pulse_coverage(turns, line.w, wave.footprint).value * wave.confidence;
+    let crest = pulse_coverage(turns, line.w, wave.sides).value * wave.confidence;
     var out: FragmentOutput;
     out.color = vec4(mix(ground, line.rgb * (0.4 + 0.6 * facing), crest), 1.0);
     return out;

@@ -8,6 +8,8 @@
 //! Files (OBJ, PLY, STL, glTF, GLB) can be dropped onto the window; a `.txt` file is a field with one direction per vertex
 //! of the model. Without a file there is a knot.
 
+#![allow(unreachable_pub, reason = "the modules' own interfaces")]
+
 #[path = "../common/mod.rs"]
 mod common;
 mod look;

@@ -15,6 +15,7 @@ use bevy_egui::{
     egui::{Color32, ComboBox, DragValue, Grid, LayerId, Panel, ScrollArea, Slider, Ui, UiBuilder},
 };
 use bevy_field_patterns::{
+    diagnostics::{BRANCHES, ENERGY},
     prelude::*,
     wave::{Pattern, PatternArena, SolverCounters},
 };
@@ -269,8 +270,8 @@ impl Statistics<'_, '_> {
         self.diagnostics.get(path)?.smoothed()
     }
 
-    fn latest(&self, name: &'static str) -> Option<f64> {
-        self.diagnostics.get(&DiagnosticPath::const_new(name))?.value()
+    fn latest(&self, path: &DiagnosticPath) -> Option<f64> {
+        self.diagnostics.get(path)?.value()
     }
 
     /// The state of the pattern that is furthest from rest.
@@ -305,8 +306,8 @@ fn statistics_section(ui: &mut Ui, statistics: &Statistics) {
     let lines = [
         ("State", statistics.state().to_owned()),
         ("Vertices", vertices.to_string()),
-        ("Energy", number(statistics.latest("render/pattern_energy"), 5)),
-        ("Branches", number(statistics.latest("render/pattern_branches"), 0)),
+        ("Energy", number(statistics.latest(&ENERGY), 5)),
+        ("Branches", number(statistics.latest(&BRANCHES), 0)),
         ("Sweeps, last frame", statistics.counters.sweeps().to_string()),
         ("Dispatches, last frame", statistics.counters.dispatches().to_string()),
         (
