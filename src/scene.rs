@@ -37,13 +37,13 @@ use bevy::{
 /// gives the meshes back what they had. A change of the style alone solves nothing again.
 ///
 /// Fields that a file brings along are vertex attributes whose names begin with an underscore. Bevy's loader has to know
-/// them:
+/// them, by their names without it:
 ///
 /// ```ignore
 /// /// Three floats per vertex, called `_FIELD` in the file; any number will do as id.
 /// const FIELD: MeshVertexAttribute = MeshVertexAttribute::new("Field", 0x5f_f1e1d, VertexFormat::Float32x3);
 ///
-/// app.add_plugins(DefaultPlugins.set(GltfPlugin::default().add_custom_vertex_attribute("_FIELD", FIELD)));
+/// app.add_plugins(DefaultPlugins.set(GltfPlugin::default().add_custom_vertex_attribute("FIELD", FIELD)));
 /// // …
 /// PatternScene { field: DirectionField::Attribute(FIELD), ..default() }
 /// ```

@@ -38,8 +38,14 @@ fn scenes_dress_their_meshes_whenever_they_come() {
         add_base(&mut app, Color::srgb(1.0, 0.0, 0.0)),
     );
     let ball = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
-    let root = app.world_mut().spawn((Transform::default(), axis_scene())).id();
-    let node = app.world_mut().spawn((Transform::default(), ChildOf(root))).id();
+    let root = app
+        .world_mut()
+        .spawn((Transform::default(), Visibility::default(), axis_scene()))
+        .id();
+    let node = app
+        .world_mut()
+        .spawn((Transform::default(), Visibility::default(), ChildOf(root)))
+        .id();
     let mesh = |app: &mut App, parent: Entity, base: &Handle<StandardMaterial>| {
         let looks = (Mesh3d(ball.clone()), MeshMaterial3d(base.clone()), Transform::default());
         app.world_mut().spawn((looks, ChildOf(parent))).id()

@@ -23,9 +23,9 @@ use bevy::{
 pub const FIELD_ATTRIBUTE: MeshVertexAttribute =
     MeshVertexAttribute::new("Field", 0x0F1E_1D00, VertexFormat::Float32x3);
 
-/// Bevy's reader of glTF files, which also reads [`FIELD_ATTRIBUTE`].
+/// Bevy's reader of glTF files, which also reads [`FIELD_ATTRIBUTE`]. It wants names without their first underscore.
 pub fn gltf_plugin() -> GltfPlugin {
-    GltfPlugin::default().add_custom_vertex_attribute("_FIELD", FIELD_ATTRIBUTE)
+    GltfPlugin::default().add_custom_vertex_attribute("FIELD", FIELD_ATTRIBUTE)
 }
 
 /// Bevy copies a glTF scene into the world by reflection and panics at a type that is not registered, which, without its

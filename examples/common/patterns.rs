@@ -15,7 +15,7 @@ pub fn patterns_rest(world: &mut World) -> Result<Option<String>, String> {
             PatternState::Failed(error) => return Err(error.to_string()),
             PatternState::Preparing => missing = Some("patterns to be prepared".to_owned()),
             PatternState::Solving => missing = Some("patterns to be solved".to_owned()),
-            PatternState::Converged => {}
+            PatternState::Converged | PatternState::NoGpu => {}
         }
     }
     Ok(missing)

@@ -141,7 +141,7 @@ fn field_section(ui: &mut Ui, settings: &mut ViewerSettings) {
     ui.heading("Field");
     let is_axis = matches!(settings.field, Field::Axis(_));
     if ui.radio(is_axis, "Axis").clicked() && !is_axis {
-        set_field(settings, Field::default());
+        set_field(settings, Field::Axis(Vec3::Y));
     }
     if let Field::Axis(axis) = &mut settings.field {
         ui.horizontal(|ui| {

@@ -101,11 +101,12 @@ pub fn srgb([red, green, blue]: [u8; 3]) -> Color {
 }
 
 /// What the pattern follows.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum Field {
     /// One direction in the model's space, of any length but 0, projected into the surface.
     Axis(Vec3),
     /// The direction in which the surface bends least.
+    #[default]
     Curvature,
     /// The vertex attribute `_FIELD` of a glTF file.
     Attribute,
@@ -139,12 +140,6 @@ impl Field {
                 Ok(DirectionField::Vertices(field.into()))
             }
         }
-    }
-}
-
-impl Default for Field {
-    fn default() -> Self {
-        Self::Axis(Vec3::Y)
     }
 }
 
