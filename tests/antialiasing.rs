@@ -154,16 +154,10 @@ impl Scene {
             app.world_mut().resource_mut::<Assets<StripeMaterial>>().add(material)
         };
         let (filtered, unfiltered) = (material(true), material(false));
-        let entity = app
-            .world_mut()
-            .spawn((
-                Mesh3d(mesh),
-                DirectionField::Axis(Dir3::Y),
-                MeshMaterial3d(filtered.clone()),
-            ))
-            .id();
+        let entity = app.world_mut().spawn_empty().id();
         Self {
             app,
+            mesh,
             entity,
             filtered,
             unfiltered,
