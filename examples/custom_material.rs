@@ -15,20 +15,7 @@ use bevy_field_patterns::{
     prelude::*,
     wave::layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER},
 };
-use clap::Parser;
-use common::{
-    args::{OutputArgs, run},
-    mesh_file::to_bevy_mesh,
-    scene::Subject,
-    shapes,
-};
-
-/// Draws a pattern with a material of the example's own.
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    output: OutputArgs,
-}
+use common::{args::run_plain, mesh_file::to_bevy_mesh, scene::Subject, shapes};
 
 /// A thin bright line on every crest, over colours that turn with the direction of the field.
 #[derive(Asset, AsBindGroup, TypePath, Debug, Clone)]
@@ -70,14 +57,13 @@ impl Material for Contours {
 }
 
 fn main() -> ExitCode {
-    run("A material of your own", &Cli::parse().output, |app| {
+    run_plain("A material of your own", |app| {
         app.add_plugins((
             FieldPatternsPlugin,
             MaterialPlugin::<Contours>::default(),
             PatternMaterialPlugin::<Contours>::default(),
         ))
         .add_systems(Startup, setup);
-        Ok(())
     })
 }
 

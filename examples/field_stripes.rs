@@ -9,34 +9,20 @@ use std::{f32::consts::TAU, process::ExitCode, sync::Arc};
 
 use bevy::{mesh::MeshVertexAttribute, prelude::*, render::render_resource::VertexFormat};
 use bevy_field_patterns::{field::Principal, prelude::*};
-use clap::Parser;
-use common::{
-    args::{OutputArgs, run},
-    mesh_file::to_bevy_mesh,
-    scene::Subject,
-    shapes,
-};
+use common::{args::run_plain, mesh_file::to_bevy_mesh, scene::Subject, shapes};
 
 /// A scalar per vertex, whose gradient a pattern follows.
 const HEAT: MeshVertexAttribute = MeshVertexAttribute::new("Heat", 0x0F1E_1D05, VertexFormat::Float32);
-
-/// Shows shapes with stripes along different fields.
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    output: OutputArgs,
-}
 
 /// The light that circles.
 #[derive(Component)]
 struct Circling;
 
 fn main() -> ExitCode {
-    run("Fields and styles", &Cli::parse().output, |app| {
+    run_plain("Fields and styles", |app| {
         app.add_plugins(FieldPatternsPlugin)
             .add_systems(Startup, setup)
             .add_systems(Update, circle);
-        Ok(())
     })
 }
 
@@ -53,8 +39,13 @@ fn setup(
     };
     let along_y = DirectionField::Axis(Dir3::Y);
     let ball = shapes::icosphere(5, 0.7);
-    let warmest = Vec3::new(0.4, 0.5, 0.8).normalize();
-    let heat: Vec<f32> = ball.positions.iter().map(|p| (2.5 * p.dot(warmest)).sin()).collect();
+    let stoves = [
+        Vec3::new(0.6, 0.4, 0.5),
+        Vec3::new(-0.5, -0.3, 0.7),
+        Vec3::new(0.0, 0.6, -0.6),
+    ];
+    let warmth = |p: &Vec3| stoves.iter().map(|stove| 1.0 / p.distance(*stove)).sum::<f32>();
+    let heat: Vec<f32> = ball.positions.iter().map(warmth).collect();
     let warm_ball = to_bevy_mesh(&ball).with_inserted_attribute(HEAT, heat);
     let ascent = DirectionField::Gradient {
         attribute: HEAT,

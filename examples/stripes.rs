@@ -11,24 +11,12 @@ use std::process::ExitCode;
 
 use bevy::{color::palettes::css::NAVY, prelude::*};
 use bevy_field_patterns::prelude::*;
-use clap::Parser;
-use common::{
-    args::{OutputArgs, run},
-    scene::Subject,
-};
-
-/// Draws a torus with stripes.
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    output: OutputArgs,
-}
+use common::{args::run_plain, scene::Subject};
 
 fn main() -> ExitCode {
     // The camera and the lights are the examples' own; the rest is all that stripes need.
-    run("Stripes", &Cli::parse().output, |app| {
+    run_plain("Stripes", |app| {
         app.add_plugins(FieldPatternsPlugin).add_systems(Startup, setup);
-        Ok(())
     })
 }
 

@@ -6,7 +6,7 @@
 use std::{env, ffi::OsString, panic, path::PathBuf, process::ExitCode};
 
 use bevy::{asset::UnapprovedPathMode, prelude::*, window::WindowResolution};
-use clap::Args;
+use clap::{Args, Parser};
 
 use super::{
     gltf::gltf_plugin,
@@ -86,6 +86,21 @@ pub fn run(title: &str, args: &OutputArgs, setup: impl FnOnce(&mut App) -> Resul
             ExitCode::from(FAILURE)
         }
     }
+}
+
+/// The same for an example without arguments of its own, whose `setup` cannot fail.
+pub fn run_plain(title: &str, setup: impl FnOnce(&mut App)) -> ExitCode {
+    run(title, &OutputOnly::parse().output, |app| {
+        setup(app);
+        Ok(())
+    })
+}
+
+/// Draws one example of field-aligned patterns.
+#[derive(Parser)]
+struct OutputOnly {
+    #[command(flatten)]
+    output: OutputArgs,
 }
 
 fn window_app(title: &str, size: UVec2) -> Result<App, String> {
