@@ -145,7 +145,7 @@ fn styles() -> [StripeMaterial; 5] {
             style.extension.drive.bump = -0.02;
         }),
         style(Color::srgb(0.98, 0.85, 0.60), Color::srgb(0.70, 0.19, 0.25), |style| {
-            style.extension.softness = 0.8
+            style.extension.softness = 0.8;
         }),
         style(Color::srgb(0.75, 0.60, 0.35), Color::srgb(0.70, 0.54, 0.31), |style| {
             style.extension.duty = 0.6;

@@ -7,6 +7,7 @@
 //!
 //! The two are drawn in turn, with one light and no shadows, and a frame ends when the device has done its work. `ratio` is
 //! that of the medians, Bevy's own share of a frame included.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command line tool")]
 
 mod common;
 

@@ -4,6 +4,7 @@
 //! same pattern without anti-aliasing, drawn eight times as large and averaged in linear light; the camera of the large
 //! picture is rolled, for samples in rows and columns would themselves miss an edge that runs along them by a sixteenth.
 //! Pixels closer than two pixels to the silhouette do not count, for there the geometry is aliased, not the pattern.
+#![allow(clippy::print_stdout, reason = "what was measured")]
 
 mod common;
 
@@ -154,16 +155,10 @@ impl Scene {
             app.world_mut().resource_mut::<Assets<StripeMaterial>>().add(material)
         };
         let (filtered, unfiltered) = (material(true), material(false));
-        let entity = app
-            .world_mut()
-            .spawn((
-                Mesh3d(mesh),
-                DirectionField::Axis(Dir3::Y),
-                MeshMaterial3d(filtered.clone()),
-            ))
-            .id();
+        let entity = app.world_mut().spawn_empty().id();
         Self {
             app,
+            mesh,
             entity,
             filtered,
             unfiltered,

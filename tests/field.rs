@@ -18,7 +18,14 @@ const SCALAR: MeshVertexAttribute = MeshVertexAttribute::new("Test_Scalar", 8_81
 
 fn graph(mesh: &Mesh) -> SurfaceGraph {
     // The two sides of the seams of Bevy's primitives differ by rounding.
-    SurfaceGraph::from_mesh(mesh, &WeldOptions { tolerance: 1e-5 }).expect("a good mesh")
+    SurfaceGraph::from_mesh(
+        mesh,
+        &WeldOptions {
+            tolerance: 1e-5,
+            rounding: 0.0,
+        },
+    )
+    .expect("a good mesh")
 }
 
 fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<u32>) -> Mesh {

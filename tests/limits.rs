@@ -204,14 +204,9 @@ fn without_a_renderer_graphs_are_built_and_the_twin_solves() {
     app.cleanup();
     let mesh = add_mesh(&mut app, &shapes::torus(40, 20, 1.0, 0.4, 0.2, 1));
     let entity = app.world_mut().spawn((Mesh3d(mesh.clone()), axis())).id();
-    let broken = app
-        .world_mut()
-        .spawn((
-            Mesh3d(mesh.clone()),
-            DirectionField::Axis(Dir3::Y),
-            Frequency::Uniform(-1.0),
-        ))
-        .id();
+    let empty = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default());
+    let empty = app.world_mut().resource_mut::<Assets<Mesh>>().add(empty);
+    let empty = app.world_mut().spawn((Mesh3d(empty), axis())).id();
     for _ in 0..1000 {
         app.update();
         if state(&app, entity) != PatternState::Preparing && state(&app, empty) != PatternState::Preparing {

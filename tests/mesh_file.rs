@@ -1,4 +1,5 @@
 //! The examples' mesh and field files: every format and every way to be wrong.
+#![allow(unreachable_pub, reason = "modules shared with the examples")]
 
 use std::{
     collections::HashSet,

@@ -2,6 +2,7 @@
 //!
 //! `BLESS=1 cargo test --test pictures` writes the references anew: look at them before you commit them. Pictures that do
 //! not match are written next to the test's binary, and the message says where.
+#![allow(clippy::print_stdout, reason = "what was measured")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! The meshes made by formula are what they claim: closed or bordered, facing outwards, of the right genus, even.
+#![allow(unreachable_pub, reason = "modules shared with the examples")]
 
 use std::collections::HashMap;
 

@@ -1,4 +1,5 @@
 //! The surface room: what holds for the graph of every mesh, and what becomes of unusual meshes.
+#![allow(unreachable_pub, reason = "modules of one test")]
 
 #[path = "surface/meshes.rs"]
 mod meshes;

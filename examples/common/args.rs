@@ -2,6 +2,7 @@
 //!
 //! In: [`OutputArgs`] and a function that adds the example's systems to an [`App`]. Out: a window until it is closed, or
 //! one PNG. Whatever fails is one line on stderr and exit code 2, like clap's own errors.
+#![allow(clippy::print_stderr, reason = "errors of the command line")]
 
 use std::{env, ffi::OsString, panic, path::PathBuf, process::ExitCode};
 

@@ -7,8 +7,7 @@
 //!
 //! Files (OBJ, PLY, STL, glTF, GLB) can be dropped onto the window; a `.txt` file is a field with one direction per vertex
 //! of the model. Without a file there is a knot.
-
-#![allow(unreachable_pub, reason = "the modules' own interfaces")]
+#![allow(unreachable_pub, reason = "modules of one program")]
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -31,8 +30,8 @@ use settings::{Field, Style, ViewerSettings};
 struct Cli {
     /// OBJ, PLY, STL, glTF or GLB file; a built-in knot without it
     mesh: Option<PathBuf>,
-    /// What the pattern follows: axis:X,Y,Z (a direction), curvature (of least bending), attribute (_FIELD of a glTF
-    /// file), or file:FIELD.txt (one line "x y z" per vertex)
+    /// What the pattern follows: `axis:X,Y,Z` (a direction), curvature (of least bending), attribute (_FIELD of a glTF
+    /// file), or `file:FIELD.txt` (one line "x y z" per vertex)
     #[arg(long, default_value_t = Field::default())]
     field: Field,
     /// Stripes per diagonal of the model's bounding box

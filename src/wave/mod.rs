@@ -1,6 +1,6 @@
 //! Phases: waves whose crests are the stripes.
 //!
-//! In: a [`SurfaceGraph`](crate::surface::SurfaceGraph) with a direction d and a frequency f per vertex. Out: a phasor z
+//! In: a [`SurfaceGraph`] with a direction d and a frequency f per vertex. Out: a phasor z
 //! per vertex, complex, whose modulus tells how sure it is. Lichtenberg et al. 2018, section 3.
 //!
 //! [`WavePlugin`] does, every frame, in `PostUpdate`:

@@ -327,6 +327,12 @@ impl Stage {
                     shadow_maps_enabled,
                     ..default()
                 },
+                CascadeShadowConfigBuilder {
+                    num_cascades: 1,
+                    maximum_distance: 12.0,
+                    ..default()
+                }
+                .build(),
                 Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Z),
             ))
             .id()
