@@ -79,14 +79,15 @@ impl Picture {
 
     /// The mean of about 64 samples per pixel.
     fn supersampled(app: &mut App, mut from: Transform) -> Self {
+        let samples_: u32 = std::env::var("AA").map_or(SAMPLES, |s| s.parse().unwrap());
         from.rotate_local_z(ROLL);
         let height = HEIGHT * ROLLED as f32 / SIZE.y as f32;
-        let samples = Self::draw(app, UVec2::splat(ROLLED * SAMPLES), height, from);
+        let samples = Self::draw(app, UVec2::splat(ROLLED * samples_), height, from);
         let roll = Vec2::from_angle(-ROLL);
         let mut sums = vec![Vec3::ZERO; SIZE.element_product() as usize];
         for (k, sample) in (0..).zip(&samples.pixels) {
             let at = UVec2::new(k % samples.size.x, k / samples.size.x).as_vec2() + 0.5;
-            let at = at / SAMPLES as f32 - 0.5 * ROLLED as f32;
+            let at = at / samples_ as f32 - 0.5 * ROLLED as f32;
             let pixel = (roll.rotate(at) + 0.5 * SIZE.as_vec2()).floor();
             if pixel.cmpge(Vec2::ZERO).all() && pixel.cmplt(SIZE.as_vec2()).all() {
                 sums[(pixel.y as u32 * SIZE.x + pixel.x as u32) as usize] += sample.extend(1.0);
