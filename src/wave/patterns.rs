@@ -672,10 +672,21 @@ pub(crate) fn restart(event: On<RestartPattern>, mut patterns: Query<&mut Patter
 }
 
 /// An entity without a field has its own mesh and no pattern.
-pub(crate) fn remove_pattern(event: On<Remove, DirectionField>, meshes: Query<&PatternMesh>, mut commands: Commands) {
-    let Ok(meshes) = meshes.get(event.entity) else { return };
-    if let Ok(mut entity) = commands.get_entity(event.entity) {
-        entity.try_remove::<(Pattern, MeshTag, PatternMesh, PatternState)>();
+pub(crate) fn remove_pattern(
+    event: On<Remove, DirectionField>,
+    patterns: Query<(Option<&PatternMesh>, Has<Pattern>)>,
+    mut commands: Commands,
+) {
+    let (Ok((meshes, has_pattern)), Ok(mut entity)) = (patterns.get(event.entity), commands.get_entity(event.entity))
+    else {
+        return;
+    };
+    entity.try_remove::<PatternState>();
+    if has_pattern {
+        entity.try_remove::<(Pattern, MeshTag)>();
+    }
+    if let Some(meshes) = meshes {
         entity.try_insert(Mesh3d(meshes.source.clone()));
+        entity.try_remove::<PatternMesh>();
     }
 }

@@ -157,7 +157,10 @@ pub(crate) fn build(app: &mut App) {
         .add_systems(Render, prepare.in_set(RenderSystems::PrepareBindGroups))
         .add_systems(
             RenderGraph,
-            solve.in_set(RenderGraphSystems::Render).before(camera_driver),
+            (solve, report)
+                .chain()
+                .in_set(RenderGraphSystems::Render)
+                .before(camera_driver),
         );
 }
 
@@ -371,22 +374,16 @@ fn solve(
     prepared: Res<Prepared>,
     pipelines: Option<Res<Pipelines>>,
     cache: Res<PipelineCache>,
-    buffers: Res<RenderAssets<GpuShaderBuffer>>,
     device: Res<RenderDevice>,
-    status: Res<GpuStatus>,
     counters: Res<SolverCounters>,
 ) {
-    let diagnostics = context.diagnostic_recorder();
-    let diagnostics = diagnostics.as_deref();
-    // Without queries of its own, Bevy's recorder reads values from buffers that it has not mapped, and panics.
-    let queries = WgpuFeatures::TIMESTAMP_QUERY | WgpuFeatures::PIPELINE_STATISTICS_QUERY;
-    let reports = diagnostics.is_some() && device.features().intersects(queries);
-    status.0.reports.store(reports, Relaxed);
     counters.0.dispatches.store(prepared.steps.len() as u32, Relaxed);
     counters.0.sweeps.store(prepared.sweeps, Relaxed);
     let (Some(pipelines), Some(bind_group)) = (pipelines, &prepared.bind_group) else {
         return;
     };
+    let diagnostics = context.diagnostic_recorder();
+    let diagnostics = diagnostics.as_deref();
     let stride = (STEP_STRIDE as u32).max(device.limits().min_uniform_buffer_offset_alignment);
     let encoder = context.command_encoder();
     let mut first = 0;
@@ -414,11 +411,31 @@ fn solve(
         drop(pass);
         first += len;
     }
-    let reported = reports && prepared.steps.iter().any(|step| step.pass == Pass::Report);
-    if let (true, Some(balance)) = (reported, buffers.get(&Pool::Balance.handle())) {
-        diagnostics.record_f32(encoder, &balance.buffer.slice(0..4), "pattern_energy");
-        diagnostics.record_f32(encoder, &balance.buffer.slice(4..8), "pattern_branches");
-    }
+}
+
+/// Publishes the last report as diagnostics, in every frame: Bevy keeps the values of one frame only.
+fn report(
+    mut context: RenderContext,
+    prepared: Res<Prepared>,
+    buffers: Res<RenderAssets<GpuShaderBuffer>>,
+    device: Res<RenderDevice>,
+    status: Res<GpuStatus>,
+    mut reported: Local<bool>,
+) {
+    // Without queries of its own, Bevy's recorder reads values from buffers that it has not mapped, and panics.
+    let queries = WgpuFeatures::TIMESTAMP_QUERY | WgpuFeatures::PIPELINE_STATISTICS_QUERY;
+    let diagnostics = context
+        .diagnostic_recorder()
+        .filter(|_| device.features().intersects(queries));
+    status.0.reports.store(diagnostics.is_some(), Relaxed);
+    *reported |= prepared.steps.iter().any(|step| step.pass == Pass::Report);
+    let Some(balance) = buffers.get(&Pool::Balance.handle()).filter(|_| *reported) else {
+        return;
+    };
+    let diagnostics = diagnostics.as_deref();
+    let encoder = context.command_encoder();
+    diagnostics.record_f32(encoder, &balance.buffer.slice(0..4), "pattern_energy");
+    diagnostics.record_f32(encoder, &balance.buffer.slice(4..8), "pattern_branches");
 }
 
 /// The name under which a pass's time is reported.
