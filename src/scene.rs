@@ -94,7 +94,8 @@ impl Plugin for PatternScenePlugin {
                 (restyle, dress_parts)
                     .chain()
                     .before(PatternSystems)
-                    .before(AssetEventSystems),
+                    .before(AssetEventSystems)
+                    .run_if(resource_exists::<Assets<StandardMaterial>>),
             );
     }
 }

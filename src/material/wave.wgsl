@@ -61,10 +61,11 @@ fn sample_wave(point: PatternPoint) -> Wave {
     let dx = sides * point.b_dx;
     let dy = sides * point.b_dy;
     wave.per_pixel = vec2(dot(wave.gradient, dx), dot(wave.gradient, dy));
-    // Around a branch there are points where the phase stands still, but not as far as a pixel: what d and f ask for
-    // is the least a pixel covers.
+    // Around a branch there are points where the phase stands still, but not as far as a pixel: the slower it is than
+    // d and f ask for, the more of what they ask for counts.
     let asked = wave.frequency * vec2(dot(wave.direction, dx), dot(wave.direction, dy));
-    wave.sides = max(abs(wave.per_pixel), abs(asked));
+    let slow = max(0.0, 1.0 - length(wave.per_pixel) / max(length(asked), 1e-20));
+    wave.sides = max(abs(wave.per_pixel), slow * abs(asked));
     wave.footprint = length(wave.sides);
     return wave;
 }

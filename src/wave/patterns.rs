@@ -302,6 +302,7 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
     {
         // The pattern belongs to the mesh that was there before.
         pattern.record.flags &= !FLAG_READY;
+        pattern.phase = Phase::Waiting;
         pattern.write_record(&mut tools.arena);
     }
     let source = match item.meshes {
@@ -310,12 +311,7 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
     };
     let surface = match tools.cache.request(source.id()) {
         SurfaceState::Ready(surface) => surface,
-        SurfaceState::Preparing => {
-            if !own_mesh {
-                hide(item, tools);
-            }
-            return Ok(Changed::Waiting);
-        }
+        SurfaceState::Preparing => return Ok(Changed::Waiting),
         SurfaceState::Failed(error) => return Err(error),
     };
     if let PatternState::Failed(error) = &*item.state
@@ -644,16 +640,6 @@ fn schedule(
             pattern.phase = Phase::Asleep;
             item.state.set_if_neq(PatternState::Converged);
         }
-    }
-}
-
-/// Draws the base material until the pattern is there for the entity's new mesh.
-fn hide(item: &mut PatternedItem, tools: &mut Tools) {
-    let drawn = item.pattern.as_mut().filter(|pattern| pattern.is_drawn());
-    if let Some(pattern) = drawn {
-        pattern.record.flags &= !FLAG_READY;
-        pattern.phase = Phase::Waiting;
-        pattern.write_record(&mut tools.arena);
     }
 }
 
