@@ -21,8 +21,8 @@ use std::{process::ExitCode, time::Instant};
 
 const SIZE: UVec2 = UVec2::new(640, 480);
 /// Times that each of the two is drawn, and frames each time.
-const ROUNDS: usize = 15;
-const FRAMES: usize = 4;
+const ROUNDS: usize = 7;
+const FRAMES: usize = 3;
 
 fn main() -> ExitCode {
     match measure() {
@@ -56,7 +56,7 @@ fn measure() -> Result<serde_json::Value, String> {
                 };
                 app.world_mut().entity_mut(body).insert(visibility);
             }
-            headless::wait_until_ready(&mut app)?;
+            headless::update(&mut app)?;
             gpu::wait(&app);
             for _ in 0..FRAMES {
                 let begin = Instant::now();

@@ -184,7 +184,7 @@ fn phase_of_a_plane_is_where_it_should_be(scene: &mut Scene) {
             let value = probe::joined(picture.at(x, y).x, picture.at(x, y).y);
             assert!(
                 (value - (std::f32::consts::TAU * 2.0 * position).sin()).abs() < 1e-4,
-                "at {x}, {y}"
+                "{value} at {x}, {y}"
             );
             assert!(
                 (footprints.at(x, y).z - 2.0 / 32.0).abs() < 1e-4,
