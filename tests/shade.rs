@@ -339,7 +339,7 @@ fn memory_is_read_as_laid_out() {
         vertices: 3,
         triangles: 1,
         flags: FLAG_READY | FLAG_VECTOR,
-        triangle_base: 20,
+        triangle_base: 4 + (size_of::<PatternRecord>() / 4) as u32,
         geometry_base: 2,
         field_base: 4,
         phasor_base: 1,

@@ -296,14 +296,13 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
         || item.space.as_ref().is_some_and(|space| space.is_changed())
         || matches!(&*item.state, PatternState::Failed(PatternError::MeshTagTaken));
     let own_mesh = item.meshes.is_some_and(|meshes| meshes.drawn == item.mesh.0);
-    if !own_mesh
-        && let Some(pattern) = item.pattern.as_mut()
-        && pattern.is_drawn()
-    {
+    if !own_mesh && let Some(pattern) = item.pattern.as_mut() {
         // The pattern belongs to the mesh that was there before.
-        pattern.record.flags &= !FLAG_READY;
         pattern.phase = Phase::Waiting;
-        pattern.write_record(&mut tools.arena);
+        if pattern.is_drawn() {
+            pattern.record.flags &= !FLAG_READY;
+            pattern.write_record(&mut tools.arena);
+        }
     }
     let source = match item.meshes {
         Some(meshes) if own_mesh => meshes.source.clone(),

@@ -11,6 +11,8 @@ use bevy_field_patterns::{
 };
 use std::f32::consts::TAU;
 
+const RECORD_WORDS: usize = size_of::<PatternRecord>() / 4;
+
 /// A surface with a wave on it, given per vertex.
 #[derive(Clone)]
 pub struct Pattern {
@@ -144,7 +146,7 @@ pub struct Memory {
 impl Memory {
     pub fn new() -> Self {
         Self {
-            surface: vec![0; 16],
+            surface: vec![0; RECORD_WORDS],
             ..default()
         }
     }
@@ -153,7 +155,7 @@ impl Memory {
     pub fn push(&mut self, pattern: &Pattern) -> u32 {
         let count = pattern.positions.len() as u32;
         let tag = self.surface.len() as u32;
-        let triangle_base = tag + 16;
+        let triangle_base = tag + RECORD_WORDS as u32;
         let class_base = triangle_base + 3 * pattern.triangles.len() as u32;
         let vector = if pattern.symmetry == Symmetry::Vector {
             FLAG_VECTOR
