@@ -17,6 +17,7 @@ use bevy::{
     tasks::{AsyncComputeTaskPool, ComputeTaskPool, TaskPool},
 };
 use bevy_field_patterns::{
+    diagnostics::QualityReport,
     field::{Principal, directions},
     prelude::*,
     surface::{SurfaceGraph, WeldOptions},
@@ -34,7 +35,7 @@ use common::{
     mesh_file::{self, RawMesh},
 };
 use serde_json::{Value, json};
-use std::{path::PathBuf, process::ExitCode, sync::Arc, time::Instant};
+use std::{io::Write, path::PathBuf, process::ExitCode, sync::Arc, time::Instant};
 
 /// Solves a stripe pattern on a mesh and prints its figures as JSON.
 #[derive(Parser)]
@@ -55,10 +56,10 @@ struct Args {
     #[arg(long, default_value = "hierarchy")]
     method: MethodArg,
     /// Soft sweeps after the hierarchy [default: 10], or the most sweeps of the local rule [default: 100].
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     sweeps: Option<u32>,
     /// The local rule ends when the energy changes by less than this share in a sweep; 0: never.
-    #[arg(long, default_value_t = 1e-3)]
+    #[arg(long, default_value_t = 1e-3, value_parser = parse_finite)]
     epsilon: f32,
     /// Leave out the last third of the colours in every second sweep of the local rule.
     #[arg(long)]
@@ -73,7 +74,7 @@ struct Args {
     #[arg(long)]
     warm: Option<u32>,
     /// Degrees per frame about the z axis, with `--warm`.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = parse_finite, allow_negative_numbers = true)]
     turn: f32,
     /// Write re, im of every vertex of the file as little-endian f32.
     #[arg(long)]
@@ -105,6 +106,13 @@ enum DeviceArg {
     Cpu,
 }
 
+fn parse_finite(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("expected a finite number".into()),
+    }
+}
+
 fn parse_field(text: &str) -> Result<Field, String> {
     if text == "curvature" {
         return Ok(Field::Curvature);
@@ -125,7 +133,10 @@ fn parse_field(text: &str) -> Result<Field, String> {
 fn main() -> ExitCode {
     match run(&Args::parse()) {
         Ok(figures) => {
-            println!("{figures}");
+            if let Err(error) = writeln!(std::io::stdout(), "{figures}") {
+                eprintln!("solve: {error}");
+                return ExitCode::from(2);
+            }
             ExitCode::SUCCESS
         }
         Err(error) => {
@@ -397,7 +408,8 @@ impl Gpu {
 
         let mut app = headless::headless_app(UVec2::splat(16))?;
         app.add_plugins((FieldPatternsPlugin, RenderDiagnosticsPlugin))
-            .insert_resource(problem.settings.clone());
+            .insert_resource(problem.settings.clone())
+            .insert_resource(QualityReport(false));
         let mesh = app
             .world_mut()
             .resource_mut::<Assets<Mesh>>()

@@ -10,10 +10,10 @@ use bevy::{
     prelude::*,
 };
 
-/// Weighted mean of 1 - cos of the phase by which edges are off, over all patterns: 0 is perfect, 1 is random. Measured
-/// in frames that solve.
+/// Weighted mean of 1 - cos of the phase by which edges are off, over all patterns: 0 is perfect, 1 is random. Of
+/// the last frame that solved.
 pub const ENERGY: DiagnosticPath = DiagnosticPath::const_new("render/pattern_energy");
-/// Triangles in which a stripe begins or ends, over all patterns. Measured in frames that solve.
+/// Triangles in which a stripe begins or ends, over all patterns. Of the last frame that solved.
 pub const BRANCHES: DiagnosticPath = DiagnosticPath::const_new("render/pattern_branches");
 /// GPU time of projecting axes, in milliseconds.
 pub const FIELD_TIME: DiagnosticPath = DiagnosticPath::const_new("render/pattern_field/elapsed_gpu");
@@ -30,6 +30,17 @@ pub const DISPATCHES: DiagnosticPath = DiagnosticPath::const_new("pattern/dispat
 pub const SWEEPS: DiagnosticPath = DiagnosticPath::const_new("pattern/sweeps");
 /// Bytes of GPU memory owned by patterns and their graphs.
 pub const MEMORY: DiagnosticPath = DiagnosticPath::const_new("pattern/memory");
+
+/// Whether [`ENERGY`] and [`BRANCHES`] are measured where they can be. Default: yes; it costs about as much as two sweeps
+/// in each frame that solves.
+#[derive(Resource, Debug, Clone, Copy, PartialEq, Eq)]
+pub struct QualityReport(pub bool);
+
+impl Default for QualityReport {
+    fn default() -> Self {
+        Self(true)
+    }
+}
 
 /// Publishes [`DISPATCHES`], [`SWEEPS`] and [`MEMORY`].
 #[derive(Debug, Default, Clone, Copy)]

@@ -7,7 +7,9 @@ use bevy_field_patterns::{
     field::Principal,
     prelude::*,
     wave::{
-        Pattern, PatternArena, SolverCounters, quality,
+        Pattern, PatternArena, SolverCounters,
+        layout::FLAG_READY,
+        quality,
         solver::{ColdStart, LocalRule, solve_cpu},
     },
 };
@@ -458,4 +460,69 @@ fn diagnostics_tell_energy_and_branches() {
         (value(&branches).expect("branches") - q.branches as f64).abs() < 0.5,
         "{q:?}"
     );
+}
+
+#[test]
+fn a_mesh_and_a_field_that_change_in_every_frame_are_seen_to() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(4, 1.0));
+    let spawn = (
+        Mesh3d(mesh.clone()),
+        curvature(),
+        Frequency::Uniform(3.0),
+        PatternSpace::World,
+    );
+    let entity = app.world_mut().spawn(spawn).id();
+    let mut frames = 0;
+    while !app
+        .world()
+        .get::<Pattern>(entity)
+        .is_some_and(|pattern| pattern.record().flags & FLAG_READY != 0)
+    {
+        frames += 1;
+        assert!(frames < 1000, "no pattern after {frames} frames");
+        let turned = Transform::from_rotation(Quat::from_rotation_y(0.01 * frames as f32));
+        app.world_mut().entity_mut(entity).insert(turned);
+        let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+        let mut mesh = meshes.get_mut(&mesh).unwrap();
+        if let Some(VertexAttributeValues::Float32x3(positions)) = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION) {
+            positions.iter_mut().for_each(|p| p[1] *= 1.001);
+        }
+        update(&mut app);
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn a_cloned_pattern_is_a_pattern_of_its_own() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let entity = app
+        .world_mut()
+        .spawn((Mesh3d(mesh), DirectionField::Axis(Dir3::Y)))
+        .id();
+    settle(&mut app);
+    let clone = app.world_mut().entity_mut(entity).clone_and_spawn();
+    update(&mut app);
+    settle(&mut app);
+    let record = |app: &App, entity| *app.world().get::<Pattern>(entity).expect("a pattern").record();
+    assert_eq!(app.world().get::<PatternState>(clone), Some(&PatternState::Converged));
+    assert_ne!(record(&app, entity).field_base, record(&app, clone).field_base);
+    assert_eq!(graph(&app, entity).len(), graph(&app, clone).len());
+}
+
+#[test]
+fn a_mesh_that_is_kept_keeps_no_gpu_memory() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(3, 1.0));
+    for _ in 0..2 {
+        let spawn = (Mesh3d(mesh.clone()), DirectionField::Axis(Dir3::Y));
+        let entity = app.world_mut().spawn(spawn).id();
+        settle(&mut app);
+        assert!(app.world().resource::<PatternArena>().memory().used > 0);
+        app.world_mut().despawn(entity);
+        update(&mut app);
+        update(&mut app);
+        assert_eq!(app.world().resource::<PatternArena>().memory().used, 0);
+    }
 }

@@ -47,7 +47,8 @@ impl Plugin for StripeMaterialPlugin {
                 .after(TransformSystems::Propagate)
                 .before(AssetEventSystems),
         )
-        .add_systems(Last, declare_needs);
+        .add_systems(Last, declare_needs)
+        .add_observer(withdraw_needs);
         load_shader_library!(app, "stripe_style.wgsl");
         load_shader_library!(app, "stripe_debug.wgsl");
         embedded_asset!(app, "stripes.wgsl");

@@ -365,6 +365,13 @@ pub(super) fn mask_cutouts(
     }
 }
 
+/// What a material asked for goes with it.
+pub(super) fn withdraw_needs(event: On<Remove, MeshMaterial3d<StripeMaterial>>, mut commands: Commands) {
+    if let Ok(mut entity) = commands.get_entity(event.entity) {
+        entity.try_remove::<NeedsVector>();
+    }
+}
+
 /// Tells the solver which entities carry a style that a line field cannot have.
 pub(super) fn declare_needs(
     changes: MessageReader<AssetEvent<StripeMaterial>>,

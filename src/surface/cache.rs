@@ -103,7 +103,8 @@ pub(crate) fn update_surfaces(
 ) {
     let SurfaceCache { entries, version, .. } = &mut *cache;
     for (&id, entry) in entries.iter_mut() {
-        if entry.stale {
+        // A build that has begun is finished, so that a mesh that changes in every frame is drawn as well.
+        if entry.stale && entry.task.is_none() {
             let Some(mesh) = meshes.get(id) else { continue };
             entry.stale = false;
             match written_in_place(mesh, &entry.state, &mut graphs) {
@@ -120,10 +121,7 @@ pub(crate) fn update_surfaces(
                     let (mesh, options) = (mesh.clone(), weld.0);
                     entry.task = Some(AsyncComputeTaskPool::get().spawn(async move { build(&mesh, &options) }));
                 }
-                Err(error) => {
-                    entry.task = None;
-                    entry.state = SurfaceState::Failed(error);
-                }
+                Err(error) => entry.state = SurfaceState::Failed(error),
             }
         }
         let Some(task) = &mut entry.task else { continue };

@@ -136,15 +136,11 @@ impl PatternArena {
             Err(_) => {
                 let end = space.ranges.initial_range().end;
                 let needed = u64::from(end) + u64::from(len);
-                let Some(capacity) = u32::try_from(needed).ok().filter(|&needed| needed <= max) else {
-                    return Err(PatternError::GpuLimit {
-                        limit: "max_storage_buffer_binding_size",
-                        found: self.max_bytes,
-                        needed: needed * pool.element(),
-                    });
-                };
-                space.ranges.grow_to(capacity.max(end.saturating_mul(2).min(max)));
-                self.grown = true;
+                let capacity = end.saturating_mul(2).max(end.saturating_add(len)).min(max);
+                if capacity > end {
+                    space.ranges.grow_to(capacity);
+                    self.grown = true;
+                }
                 space.ranges.allocate_range(len).map_err(|_| PatternError::GpuLimit {
                     limit: "max_storage_buffer_binding_size",
                     found: self.max_bytes,

@@ -58,6 +58,7 @@ impl Plugin for WavePlugin {
             .init_resource::<patterns::PackedGraphs>()
             .init_resource::<patterns::Outbox>()
             .init_resource::<SolverSettings>()
+            .init_resource::<crate::diagnostics::QualityReport>()
             .init_resource::<crate::material::BufferGeneration>()
             .register_type::<PatternState>()
             .register_type::<PatternMesh>()

@@ -13,6 +13,7 @@ use super::{
     state::{NeedsVector, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern},
 };
 use crate::{
+    diagnostics::QualityReport,
     error::PatternError,
     field::{
         DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry, align_to_previous, directions, frequencies,
@@ -28,7 +29,7 @@ use bevy::{
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, block_on, poll_once},
 };
-use std::sync::Arc;
+use std::{mem::discriminant, sync::Arc};
 
 /// The work that the render world has not taken yet.
 #[derive(Resource, Default)]
@@ -36,7 +37,34 @@ pub(crate) struct Outbox(pub(crate) Frame);
 
 /// Graphs in the shared buffers, by mesh.
 #[derive(Resource, Default)]
-pub(crate) struct PackedGraphs(HashMap<AssetId<Mesh>, Packed>);
+pub(crate) struct PackedGraphs {
+    by_mesh: HashMap<AssetId<Mesh>, Packed>,
+    /// Graphs that are no mesh's any more, but perhaps still some pattern's.
+    retired: Vec<Arc<PackedGraph>>,
+}
+
+impl PackedGraphs {
+    fn retire(&mut self, mesh: AssetId<Mesh>) {
+        self.retired
+            .extend(self.by_mesh.remove(&mesh).map(|packed| packed.graph));
+    }
+
+    /// Frees the graphs that no pattern uses.
+    fn free_unused(&mut self, arena: &mut PatternArena) {
+        self.retired.extend(
+            self.by_mesh
+                .extract_if(|_, packed| Arc::strong_count(&packed.graph) == 1)
+                .map(|(_, packed)| packed.graph),
+        );
+        self.retired.retain(|graph| {
+            let used = Arc::strong_count(graph) > 1;
+            if !used {
+                graph.free(arena);
+            }
+            used
+        });
+    }
+}
 
 struct Packed {
     graph: Arc<PackedGraph>,
@@ -58,6 +86,8 @@ pub struct Pattern {
     /// Directions as last uploaded; empty where the GPU makes them.
     directions: Vec<Vec3>,
     task: Option<Task<Result<Vec<Vec3>, PatternError>>>,
+    /// The inputs have changed since the task began.
+    outdated: bool,
     phase: Phase,
 }
 
@@ -151,24 +181,22 @@ pub(crate) fn update_patterns(
     mut tools: Tools,
     mut outbox: ResMut<Outbox>,
     status: Res<GpuStatus>,
+    report: Res<QualityReport>,
     mut generation: Local<u32>,
     mut cold_start: Local<Option<ColdStart>>,
 ) {
-    forget_removed(&mut tools);
+    forget_unused(&mut tools);
     let device = status.generation();
     let lost = *generation != device && *generation != 0;
     *generation = device;
     // Another way to start asks for another memory layout as well.
     let restart = cold_start
         .as_ref()
-        .is_some_and(|last| *last != tools.settings.cold_start);
+        .is_some_and(|last| discriminant(last) != discriminant(&tools.settings.cold_start));
     *cold_start = Some(tools.settings.cold_start.clone());
     if lost {
-        tools
-            .packed
-            .0
-            .drain()
-            .for_each(|(_, packed)| packed.graph.free(&mut tools.arena));
+        let PackedGraphs { by_mesh, retired } = &mut *tools.packed;
+        retired.extend(by_mesh.drain().map(|(_, packed)| packed.graph));
     }
     let mut work = Work::default();
     let mut ready = Vec::new();
@@ -184,7 +212,7 @@ pub(crate) fn update_patterns(
         }
     }
     if status.is_ready() {
-        if status.reports() && !work.is_empty() {
+        if status.reports() && report.0 && !work.is_empty() {
             let drawn = patterns
                 .iter()
                 .filter_map(|item| item.pattern.filter(|pattern| pattern.is_drawn()));
@@ -223,6 +251,7 @@ pub(crate) fn update_graphs(
     mut cache: ResMut<SurfaceCache>,
     mut commands: Commands,
 ) {
+    cache.take_removed();
     for (entity, mesh, meshes, mut state) in &mut patterns {
         let next = match cache.request(mesh.id()) {
             SurfaceState::Preparing => PatternState::Preparing,
@@ -258,12 +287,11 @@ pub(crate) fn renders(status: Res<GpuStatus>) -> bool {
 }
 
 /// Gives back the memory of graphs whose meshes are gone.
-fn forget_removed(tools: &mut Tools) {
+fn forget_unused(tools: &mut Tools) {
     for mesh in tools.cache.take_removed() {
-        if let Some(packed) = tools.packed.0.remove(&mesh) {
-            packed.graph.free(&mut tools.arena);
-        }
+        tools.packed.retire(mesh);
     }
+    tools.packed.free_unused(&mut tools.arena);
 }
 
 /// What changed for a pattern in this frame.
@@ -338,8 +366,11 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
         pattern.topology == surface.topology && pattern.inputs.linear.is_some() == linear.is_some()
     });
     if !current || fresh || !own_mesh {
+        // The tag of a cloned pattern is nobody's.
+        let cloned = item.meshes.is_some() && item.pattern.is_none();
         let taken = item.tag.is_some_and(|tag| {
             tag.0 != 0
+                && !cloned
                 && item
                     .pattern
                     .as_ref()
@@ -357,11 +388,20 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
             drawn: surface.drawn.clone(),
             graph: surface.graph.clone(),
         };
-        // Insertion replaces the old pattern, whose hook gives back its ranges.
-        tools
-            .commands
-            .entity(item.entity)
-            .try_insert((pattern, MeshTag(tag), Mesh3d(surface.drawn.clone()), meshes));
+        if let Some(old) = item.pattern.as_mut() {
+            old.phase = Phase::Waiting;
+            old.record.flags &= !FLAG_READY;
+        }
+        let (entity, drawn) = (item.entity, Mesh3d(surface.drawn.clone()));
+        tools.commands.queue(move |world: &mut World| {
+            match world.get_entity_mut(entity) {
+                // Insertion replaces the old pattern, whose hook gives back its ranges.
+                Ok(mut entity) if entity.contains::<DirectionField>() => {
+                    entity.insert((pattern, MeshTag(tag), drawn, meshes));
+                }
+                _ => pattern.ranges.free(&mut world.resource_mut::<PatternArena>()),
+            }
+        });
         updated?;
         item.state.set_if_neq(PatternState::Preparing);
         return Ok(Changed::Waiting);
@@ -379,7 +419,7 @@ fn pack(surface: &Surface, mesh: AssetId<Mesh>, tools: &mut Tools) -> Result<Arc
     let Some(graph) = tools.graphs.get(&surface.graph) else {
         return Err(PatternError::MeshDataTaken);
     };
-    match tools.packed.0.get_mut(&mesh) {
+    match tools.packed.by_mesh.get_mut(&mesh) {
         Some(packed) if packed.topology == surface.topology => {
             if packed.geometry != surface.geometry {
                 packed.geometry = surface.geometry;
@@ -388,16 +428,14 @@ fn pack(surface: &Surface, mesh: AssetId<Mesh>, tools: &mut Tools) -> Result<Arc
             Ok(packed.graph.clone())
         }
         _ => {
-            if let Some(old) = tools.packed.0.remove(&mesh) {
-                old.graph.free(&mut tools.arena);
-            }
+            tools.packed.retire(mesh);
             let packed = Arc::new(PackedGraph::new(graph, &mut tools.arena)?);
             let entry = Packed {
                 graph: packed.clone(),
                 topology: surface.topology,
                 geometry: surface.geometry,
             };
-            tools.packed.0.insert(mesh, entry);
+            tools.packed.by_mesh.insert(mesh, entry);
             Ok(packed)
         }
     }
@@ -422,6 +460,7 @@ impl Pattern {
             inputs,
             directions: Vec::new(),
             task: None,
+            outdated: false,
             phase: Phase::Waiting,
         };
         pattern.write_record(&mut tools.arena);
@@ -448,6 +487,10 @@ fn update_inputs(
         _ => None,
     };
     pattern.geometry = surface.geometry;
+    if pattern.inputs.symmetry != inputs.symmetry && pattern.phase != Phase::Waiting {
+        // The phasors of lines and of vectors mean different things.
+        pattern.phase = Phase::Cold;
+    }
     pattern.inputs = inputs;
     let waits = pattern.phase == Phase::Waiting;
     if !turned && !item.frequency.is_changed() && pattern.task.is_none() && !waits {
@@ -486,13 +529,12 @@ fn update_inputs(
     let mut new = None;
     if turned || pattern.directions.is_empty() {
         let source = tools.meshes.get(mesh).ok_or(PatternError::MeshDataTaken)?;
-        if slow && (pattern.task.is_none() || turned) {
-            let (field, graph) = (DirectionField::clone(&item.field), graph.clone());
-            pattern.task = Some(AsyncComputeTaskPool::get().spawn(async move {
-                let empty = Mesh::new(bevy::mesh::PrimitiveTopology::TriangleList, default());
-                directions_in(&field, inputs, &graph, &empty)
-            }));
-        } else if !slow {
+        if slow {
+            // A computation that has begun is finished, so that a field that changes in every frame is seen to.
+            pattern.outdated = pattern.task.is_some() && turned;
+            let start = || compute_directions(DirectionField::clone(&item.field), inputs, graph.clone());
+            pattern.task.get_or_insert_with(start);
+        } else {
             pattern.task = None;
             new = Some(directions_in(&item.field, inputs, graph, source)?);
         }
@@ -501,7 +543,8 @@ fn update_inputs(
         let Some(done) = block_on(poll_once(task)) else {
             return Ok(Changed::Waiting);
         };
-        pattern.task = None;
+        let start = || compute_directions(DirectionField::clone(&item.field), inputs, graph.clone());
+        pattern.task = std::mem::take(&mut pattern.outdated).then(start);
         new = Some(done?);
     }
     if let Some(mut new) = new {
@@ -523,6 +566,18 @@ fn update_inputs(
         pattern.phase = Phase::Cold;
     }
     Ok(Changed::Inputs)
+}
+
+/// Computes directions off the main thread.
+fn compute_directions(
+    field: DirectionField,
+    inputs: Inputs,
+    graph: SurfaceGraph,
+) -> Task<Result<Vec<Vec3>, PatternError>> {
+    AsyncComputeTaskPool::get().spawn(async move {
+        let empty = Mesh::new(bevy::mesh::PrimitiveTopology::TriangleList, default());
+        directions_in(&field, inputs, &graph, &empty)
+    })
 }
 
 fn check_uniform(axis: Dir3, frequency: f32, turn: f32) -> Result<(), PatternError> {
