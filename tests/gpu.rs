@@ -483,10 +483,12 @@ fn a_mesh_and_a_field_that_change_in_every_frame_are_seen_to() {
         assert!(frames < 1000, "no pattern after {frames} frames");
         let turned = Transform::from_rotation(Quat::from_rotation_y(0.01 * frames as f32));
         app.world_mut().entity_mut(entity).insert(turned);
-        let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
-        let mut mesh = meshes.get_mut(&mesh).unwrap();
-        if let Some(VertexAttributeValues::Float32x3(positions)) = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION) {
-            positions.iter_mut().for_each(|p| p[1] *= 1.001);
+        {
+            let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+            let mut mesh = meshes.get_mut(&mesh).unwrap();
+            if let Some(VertexAttributeValues::Float32x3(positions)) = mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION) {
+                positions.iter_mut().for_each(|p| p[1] *= 1.001);
+            }
         }
         update(&mut app);
         std::thread::sleep(std::time::Duration::from_millis(1));
