@@ -474,11 +474,11 @@ fn a_mesh_and_a_field_that_change_in_every_frame_are_seen_to() {
     );
     let entity = app.world_mut().spawn(spawn).id();
     let mut frames = 0;
-    while !app
-        .world()
-        .get::<Pattern>(entity)
-        .is_some_and(|pattern| pattern.record().flags & FLAG_READY != 0)
-    {
+    let is_drawn = |app: &App| {
+        let pattern = app.world().get::<Pattern>(entity);
+        pattern.is_some_and(|pattern| pattern.record().flags & FLAG_READY != 0)
+    };
+    while !is_drawn(&app) {
         frames += 1;
         assert!(frames < 1000, "no pattern after {frames} frames");
         let turned = Transform::from_rotation(Quat::from_rotation_y(0.01 * frames as f32));
