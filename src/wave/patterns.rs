@@ -339,7 +339,13 @@ fn update_pattern(item: &mut PatternedItem, tools: &mut Tools, fresh: bool) -> R
     let surface = match tools.cache.request(source.id()) {
         SurfaceState::Ready(surface) => surface,
         SurfaceState::Preparing => return Ok(Changed::Waiting),
-        SurfaceState::Failed(error) => return Err(error),
+        SurfaceState::Failed(error) => {
+            if own_mesh {
+                // What is drawn must be the user's mesh, not a copy of what it was.
+                tools.commands.entity(item.entity).try_insert(Mesh3d(source));
+            }
+            return Err(error);
+        }
     };
     if let PatternState::Failed(error) = &*item.state
         && !touched
