@@ -82,4 +82,28 @@ pub enum PatternError {
     /// The style needs a vector field.
     #[error("{0} needs Symmetry::Vector: on a line field d and -d are the same, and only sin \u{3a6} is defined")]
     NeedsVectorSymmetry(&'static str),
+    /// A metric has an eigenvalue that is not above zero.
+    #[error("{what} {index} is not positive definite; d² = vᵀMv must be above 0 for every direction v")]
+    NotPositive {
+        /// What kind of metric: "metric of vertex", "metric at sample".
+        what: &'static str,
+        /// The index of the first such metric.
+        index: usize,
+    },
+    /// An option is outside its range.
+    #[error("{what} is {value}, but must be {expected}")]
+    OutOfRange {
+        /// Name of the option.
+        what: &'static str,
+        /// Its value.
+        value: f32,
+        /// Its range in words.
+        expected: &'static str,
+    },
+    /// The planar domain cannot be sampled.
+    #[error("the domain cannot be sampled: {0}")]
+    Domain(&'static str),
+    /// The work was stopped by its owner.
+    #[error("the sampling was cancelled")]
+    Cancelled,
 }

@@ -1,0 +1,15 @@
+//! Sample sets: points that are dense, even and random-looking in an anisotropic metric.
+//!
+//! In: a metric M per point of a plane or a surface. Out: a [`SampleSet`]: positions, each with the ellipse that it
+//! stands for, and its neighbours. Kratz et al. 2013.
+//!
+//! M is the metric, never its inverse: d(p, q)² = (q - p)ᵀ M (q - p). The unit ball of M, an ellipse with the semi-axes
+//! 1/√λ, is one sample; samples that touch are 2 apart. On a surface M has the eigenvalue √(λ₁λ₂) along the normal.
+
+mod options;
+mod progress;
+mod set;
+
+pub use options::*;
+pub use progress::Progress;
+pub use set::*;

@@ -1,0 +1,57 @@
+//! The result of sampling.
+
+use bevy::prelude::*;
+use glam_matrix_extras::SymmetricMat3;
+
+/// Samples on a surface or in a plane, with the cells' neighbourhood.
+///
+/// All per-sample lists have the same length and order. In the plane z = 0 and the normals are +z.
+#[derive(Component, Debug, Clone, Default, PartialEq)]
+pub struct SampleSet {
+    /// Position of each sample, in the units of the mesh or the plane.
+    pub positions: Vec<Vec3>,
+    /// Unit normal of the surface at each sample.
+    pub normals: Vec<Vec3>,
+    /// Metric of each sample. Its unit ball is the ellipse that the sample stands for; along the normal its eigenvalue is
+    /// the geometric mean of the other two.
+    pub metrics: Vec<SymmetricMat3>,
+    /// The triangle that each sample lies in: an index into [`SurfaceGraph::triangles`](crate::surface::SurfaceGraph) on a
+    /// surface, into [`seeds`](Self::seeds) in the plane.
+    pub triangles: Vec<u32>,
+    /// Weights of the triangle's corners at each sample; not negative, of sum 1.
+    pub barycentrics: Vec<Vec3>,
+    /// `neighbor_offsets[i]..neighbor_offsets[i + 1]` are the entries of [`neighbors`](Self::neighbors) of sample `i`;
+    /// `samples + 1` entries, or none.
+    pub neighbor_offsets: Vec<u32>,
+    /// Samples whose cells touch, ascending per sample, symmetric, without the sample itself.
+    pub neighbors: Vec<u32>,
+    /// For each triangle of the surface, the samples nearest to its three corners (in their own metrics): where the search
+    /// for a point's cell begins. In the plane the triangles are those of the triangulated samples themselves.
+    pub seeds: Vec<[u32; 3]>,
+}
+
+impl SampleSet {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    /// The samples whose cells touch that of sample `i`.
+    pub fn ring(&self, i: usize) -> &[u32] {
+        match (self.neighbor_offsets.get(i), self.neighbor_offsets.get(i + 1)) {
+            (Some(&first), Some(&end)) => &self.neighbors[first as usize..end as usize],
+            _ => &[],
+        }
+    }
+
+    /// Squared distance of a point from sample `i`, in the sample's own metric.
+    pub fn distance_squared(&self, i: usize, point: Vec3) -> f32 {
+        let r = point - self.positions[i];
+        r.dot(self.metrics[i] * r)
+    }
+}
