@@ -52,6 +52,7 @@ pub mod diagnostics;
 pub mod error;
 pub mod field;
 pub mod material;
+mod parallel;
 pub mod sampling;
 pub mod scene;
 pub mod surface;

@@ -3,7 +3,8 @@
 //! In: a mesh attribute or a user's list. Out: one value per graph vertex, in solver order. The copies of a vertex at a
 //! seam are averaged: scalars and vectors arithmetically, lines as lines.
 
-use super::{Symmetry, any_tangent, parallel, project_tangent, tangent};
+use super::{Symmetry, any_tangent, project_tangent, tangent};
+use crate::parallel;
 use crate::{error::PatternError, surface::SurfaceGraph};
 use bevy::{
     math::{DVec2, DVec3, Vec3},

@@ -6,7 +6,8 @@
 //! as long as the two curvatures differ; it is smoothed over the surface, u ← 0.3 u + 0.7 (mean of the neighbours' u,
 //! carried over by the smallest rotation between the normals).
 
-use super::{any_tangent, parallel, tangent};
+use super::{any_tangent, tangent};
+use crate::parallel;
 use crate::surface::SurfaceGraph;
 use bevy::{
     math::{DMat3, DVec2, DVec3},

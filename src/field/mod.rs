@@ -10,7 +10,6 @@ mod curvature;
 mod direction;
 mod frequency;
 mod gradient;
-mod parallel;
 mod tangent;
 
 pub use curvature::Principal;

@@ -1,4 +1,4 @@
-//! Loops over vertices, spread over Bevy's compute threads.
+//! Loops over vertices or samples, spread over Bevy's compute threads.
 
 use bevy::tasks::ComputeTaskPool;
 
@@ -6,7 +6,7 @@ use bevy::tasks::ComputeTaskPool;
 const CHUNK: usize = 8192;
 
 /// `out[i] = f(i)` for all i. In parallel where Bevy's compute pool exists and there is enough to do.
-pub(super) fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Send + Sync) {
+pub(crate) fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Send + Sync) {
     let fill_chunk = |chunk: usize, values: &mut [T]| {
         for (k, value) in values.iter_mut().enumerate() {
             *value = f(chunk * CHUNK + k);
@@ -25,7 +25,7 @@ pub(super) fn fill<T: Send>(out: &mut [T], f: impl Fn(usize) -> T + Send + Sync)
 }
 
 /// The vector of `f(i)` for i in `0..len`.
-pub(super) fn collect<T: Send + Clone + Default>(len: usize, f: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
+pub(crate) fn collect<T: Send + Clone + Default>(len: usize, f: impl Fn(usize) -> T + Send + Sync) -> Vec<T> {
     let mut out = vec![T::default(); len];
     fill(&mut out, f);
     out
