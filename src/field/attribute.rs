@@ -4,8 +4,7 @@
 //! seam are averaged: scalars and vectors arithmetically, lines as lines.
 
 use super::{Symmetry, any_tangent, project_tangent, tangent};
-use crate::parallel;
-use crate::{error::PatternError, surface::SurfaceGraph};
+use crate::{error::PatternError, parallel, surface::SurfaceGraph};
 use bevy::{
     math::{DVec2, DVec3, Vec3},
     mesh::{Mesh, MeshAccessError, MeshVertexAttribute, VertexAttributeValues, VertexFormat},

@@ -7,8 +7,7 @@
 //! carried over by the smallest rotation between the normals).
 
 use super::{any_tangent, tangent};
-use crate::parallel;
-use crate::surface::SurfaceGraph;
+use crate::{parallel, surface::SurfaceGraph};
 use bevy::{
     math::{DMat3, DVec2, DVec3},
     prelude::*,
