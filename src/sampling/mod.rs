@@ -6,6 +6,7 @@
 //! M is the metric, never its inverse: d(p, q)² = (q - p)ᵀ M (q - p). The unit ball of M, an ellipse with the semi-axes
 //! 1/√λ, is one sample; samples that touch are 2 apart. On a surface M has the eigenvalue √(λ₁λ₂) along the normal.
 
+pub mod metric;
 mod options;
 mod progress;
 mod set;

@@ -52,9 +52,16 @@ impl SymmetricEigen3 {
             };
         }
         // cos 3φ; its sign tells which end of the spectrum stands apart.
-        let apart = (0.5 * (deviator * (1.0 / spread)).determinant()).clamp(-1.0, 1.0);
+        let apart = (0.5 * determinant(&(deviator * (1.0 / spread)))).clamp(-1.0, 1.0);
         let phi = apart.acos() / 3.0;
-        let single = mean + 2.0 * spread * if apart >= 0.0 { phi.cos() } else { (phi + TAU / 3.0).cos() };
+        let single = mean
+            + 2.0
+                * spread
+                * if apart >= 0.0 {
+                    phi.cos()
+                } else {
+                    (phi + TAU / 3.0).cos()
+                };
         let axis = null_vector(&(unit - SymmetricDMat3::from_diagonal(DVec3::splat(single))));
         // Rayleigh quotients are exact to the square of the vector's error.
         let single = axis.dot(unit * axis);
@@ -112,6 +119,11 @@ impl SymmetricEigen2 {
         SymmetricDMat2::from_outer_product(self.vectors.x_axis) * f(self.values.x)
             + SymmetricDMat2::from_outer_product(self.vectors.y_axis) * f(self.values.y)
     }
+}
+
+/// The determinant. (`SymmetricMat3::determinant` of `glam_matrix_extras` 0.3 confuses two entries.)
+pub(super) fn determinant(m: &SymmetricDMat3) -> f64 {
+    m.to_mat3().determinant()
 }
 
 /// The direction that a singular symmetric matrix of rank 2 takes to zero: the longest cross product of two rows.

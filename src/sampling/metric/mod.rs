@@ -38,5 +38,5 @@ pub(crate) fn check_metrics(metrics: &[SymmetricMat3]) -> Result<(), PatternErro
 fn is_metric(m: &SymmetricMat3) -> bool {
     let m = m.as_symmetric_dmat3();
     let minor = m.m00 * m.m11 - m.m01 * m.m01;
-    m.is_finite() && m.m00 > 0.0 && minor > 0.0 && m.determinant() > 0.0
+    m.is_finite() && m.m00 > 0.0 && minor > 0.0 && eigen::determinant(&m) > 0.0
 }

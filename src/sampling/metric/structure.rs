@@ -55,7 +55,11 @@ impl Structure {
     /// The unscaled semi-axis of an eigenvalue.
     fn axis(&self, value: f64, largest: f64, energy: f64) -> f64 {
         let sum = largest + value;
-        let coherence = if sum > 0.0 { ((largest - value) / sum).clamp(0.0, 1.0) } else { 0.0 };
+        let coherence = if sum > 0.0 {
+            ((largest - value) / sum).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         1.0 + (f64::from(self.ratio).max(1.0) - 1.0) * coherence * energy
     }
 
@@ -68,7 +72,10 @@ impl Structure {
     fn semi_axes(&self, tensor: &SymmetricDMat2, mean: f64) -> (DVec2, DVec2) {
         let eigen = SymmetricEigen2::new(tensor);
         let energy = Self::energy(tensor.m00 + tensor.m11, mean);
-        let axes = eigen.values.to_array().map(|value| self.axis(value, eigen.values.y, energy));
+        let axes = eigen
+            .values
+            .to_array()
+            .map(|value| self.axis(value, eigen.values.y, energy));
         let scale = self.size(energy) / (axes[0] * axes[1]).sqrt();
         (DVec2::from_array(axes) * scale, eigen.vectors.x_axis)
     }
@@ -81,7 +88,10 @@ impl Structure {
     pub(super) fn spatial(&self, tensor: &SymmetricDMat3, mean: f64) -> SymmetricDMat3 {
         let eigen = SymmetricEigen3::new(tensor);
         let energy = Self::energy(tensor.diagonal().element_sum(), mean);
-        let axes = eigen.values.to_array().map(|value| self.axis(value.max(0.0), eigen.values.z, energy));
+        let axes = eigen
+            .values
+            .to_array()
+            .map(|value| self.axis(value.max(0.0), eigen.values.z, energy));
         let scale = self.size(energy) / (axes[0] * axes[1] * axes[2]).cbrt();
         let v = &eigen.vectors;
         SymmetricDMat3::from_outer_product(v.x_axis / (axes[0] * scale))
@@ -130,7 +140,13 @@ fn structure_tensors(graph: &SurfaceGraph, scalars: &[f32], steps: u32) -> Vec<S
     }
     let mut tensors: Vec<SymmetricDMat3> = sums
         .into_iter()
-        .map(|(sum, area)| if area > 0.0 { sum * (1.0 / area) } else { SymmetricDMat3::ZERO })
+        .map(|(sum, area)| {
+            if area > 0.0 {
+                sum * (1.0 / area)
+            } else {
+                SymmetricDMat3::ZERO
+            }
+        })
         .collect();
     let level = graph.mesh_level();
     let mut next = tensors.clone();
@@ -196,7 +212,10 @@ pub fn metric_of_voxels(voxels: &[f32], size: UVec3, structure: &Structure) -> V
         )
     });
     let mut diagonal: Vec<DVec3> = gradients.iter().map(|g| *g * *g).collect();
-    let mut mixed: Vec<DVec3> = gradients.iter().map(|g| DVec3::new(g.x * g.y, g.x * g.z, g.y * g.z)).collect();
+    let mut mixed: Vec<DVec3> = gradients
+        .iter()
+        .map(|g| DVec3::new(g.x * g.y, g.x * g.z, g.y * g.z))
+        .collect();
     let radius = structure.reach.clamp(0.0, w.max(h).max(d) as f32).round() as usize;
     for _ in 0..BOX_PASSES {
         diagonal = box_mean(&diagonal, extent, radius);

@@ -105,7 +105,10 @@ fn check_box(min: Vec3, max: Vec3, size: UVec3, found: usize) -> Result<(), Patt
     if !(min.is_finite() && max.is_finite() && min.cmplt(max).all()) {
         return Err(PatternError::Domain("the volume's box is empty or not finite"));
     }
-    let expected = size.to_array().iter().try_fold(1_usize, |n, &k| n.checked_mul(k as usize));
+    let expected = size
+        .to_array()
+        .iter()
+        .try_fold(1_usize, |n, &k| n.checked_mul(k as usize));
     match expected {
         Some(expected) if expected == found && found > 0 => Ok(()),
         _ => Err(PatternError::WrongLength {
