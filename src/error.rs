@@ -103,6 +103,9 @@ pub enum PatternError {
     /// The planar domain cannot be sampled.
     #[error("the domain cannot be sampled: {0}")]
     Domain(&'static str),
+    /// An image cannot be read.
+    #[error("the image cannot be read on the CPU: {0}")]
+    Image(String),
     /// The work was stopped by its owner.
     #[error("the sampling was cancelled")]
     Cancelled,

@@ -319,7 +319,7 @@ fn a_field_has_one_direction_per_vertex() {
             .to_string()
     };
     assert!(error(text, 3).ends_with("it holds 2 directions, but the mesh file has 3 vertices"));
-    assert!(error("1 0 0\n1 0\n", 2).ends_with("line 2 is not `x y z`: 1 0"));
+    assert!(error("1 0 0\n1 0\n", 2).ends_with("line 2 is not 3 numbers: 1 0"));
     assert!(error("1 0 0 0\n", 1).contains("line 1"));
     assert!(error("1 inf 0\n", 1).ends_with("line 1 is not finite"));
     assert!(read_field("/nowhere/field.txt", 1).is_err());

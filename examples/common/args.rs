@@ -55,10 +55,20 @@ fn parse_size(text: &str) -> Result<UVec2, String> {
 ///
 /// `setup` may fail, for instance because a file cannot be read.
 pub fn run(title: &str, args: &OutputArgs, setup: impl FnOnce(&mut App) -> Result<(), String>) -> ExitCode {
+    run_on(StudioPlugin, title, args, setup)
+}
+
+/// The same with another `stage`: the plugin that brings camera and lights.
+pub fn run_on(
+    stage: impl Plugin,
+    title: &str,
+    args: &OutputArgs,
+    setup: impl FnOnce(&mut App) -> Result<(), String>,
+) -> ExitCode {
     let outcome = without_stack_trace(|| match &args.screenshot {
         Some(file) => {
             let mut app = headless_app(args.size)?;
-            app.add_plugins(StudioPlugin);
+            app.add_plugins(stage);
             app.world_mut().resource_mut::<ReadyChecks>().0.push(patterns_rest);
             setup(&mut app)?;
             let picture = picture(&mut app)?;
@@ -71,7 +81,7 @@ pub fn run(title: &str, args: &OutputArgs, setup: impl FnOnce(&mut App) -> Resul
         }
         None => {
             let mut app = window_app(title, args.size)?;
-            app.add_plugins(StudioPlugin);
+            app.add_plugins(stage);
             setup(&mut app)?;
             if app.run().is_error() {
                 Err("the renderer stopped; the log above says why".into())
@@ -82,14 +92,17 @@ pub fn run(title: &str, args: &OutputArgs, setup: impl FnOnce(&mut App) -> Resul
     });
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("error: {message}");
-            ExitCode::from(FAILURE)
-        }
+        Err(message) => refuse(&message),
     }
 }
 
-/// The same for an example without arguments of its own, whose `setup` cannot fail.
+/// Says in one line what the user can mend.
+pub fn refuse(message: &str) -> ExitCode {
+    eprintln!("error: {message}");
+    ExitCode::from(FAILURE)
+}
+
+/// [`run`] for an example without arguments of its own, whose `setup` cannot fail.
 pub fn run_plain(title: &str, setup: impl FnOnce(&mut App)) -> ExitCode {
     run(title, &OutputOnly::parse().output, |app| {
         setup(app);

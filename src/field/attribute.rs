@@ -47,7 +47,7 @@ pub(super) fn vectors(mesh: &Mesh, attribute: MeshVertexAttribute) -> Result<&[[
 }
 
 /// The attribute's values, which must be `Float32`.
-pub(super) fn scalars(mesh: &Mesh, attribute: MeshVertexAttribute) -> Result<&[f32], PatternError> {
+pub(crate) fn scalars(mesh: &Mesh, attribute: MeshVertexAttribute) -> Result<&[f32], PatternError> {
     match values(mesh, attribute)? {
         VertexAttributeValues::Float32(scalars) => Ok(scalars),
         other => Err(wrong_format(attribute, other, "Float32")),
@@ -64,7 +64,7 @@ fn check_length(found: usize, graph: &SurfaceGraph, what: &'static str) -> Resul
 }
 
 /// One scalar per graph vertex: the mean over the copies. `list` and `item` name the values in errors.
-pub(super) fn weld_scalars(
+pub(crate) fn weld_scalars(
     scalars: &[f32],
     graph: &SurfaceGraph,
     list: &'static str,

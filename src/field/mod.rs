@@ -12,6 +12,7 @@ mod frequency;
 mod gradient;
 mod tangent;
 
+pub(crate) use attribute::{scalars as attribute_scalars, weld_scalars};
 pub use curvature::Principal;
 pub use direction::*;
 pub use frequency::*;

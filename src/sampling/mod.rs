@@ -10,7 +10,9 @@ pub mod metric;
 mod options;
 mod progress;
 mod set;
+mod source;
 
 pub use options::*;
 pub use progress::Progress;
 pub use set::*;
+pub use source::*;

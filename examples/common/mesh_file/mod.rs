@@ -82,7 +82,7 @@ pub enum Problem {
     /// A field file has another number of lines than the mesh has vertices.
     #[error("it holds {found} directions, but the mesh file has {expected} vertices")]
     FieldLength {
-        /// Lines with a direction.
+        /// Lines with values.
         found: usize,
         /// Vertices of the mesh file.
         expected: usize,
@@ -141,16 +141,25 @@ fn parse(path: &Path) -> Result<RawMesh, Problem> {
 ///
 /// A line that is not three finite numbers; another number of lines than `expected`.
 pub fn read_field(path: impl AsRef<Path>, expected: usize) -> Result<Vec<Vec3>, MeshFileError> {
+    Ok(read_rows(path, expected)?.into_iter().map(Vec3::from_array).collect())
+}
+
+/// Reads a row of `N` numbers per vertex, as [`read_field`] does.
+///
+/// # Errors
+///
+/// A line that is not `N` finite numbers; another number of lines than `expected`.
+pub fn read_rows<const N: usize>(path: impl AsRef<Path>, expected: usize) -> Result<Vec<[f32; N]>, MeshFileError> {
     let path = path.as_ref();
-    parse_field(path, expected).map_err(|problem| MeshFileError {
+    parse_rows(path, expected).map_err(|problem| MeshFileError {
         path: path.to_owned(),
         problem,
     })
 }
 
-fn parse_field(path: &Path, expected: usize) -> Result<Vec<Vec3>, Problem> {
+fn parse_rows<const N: usize>(path: &Path, expected: usize) -> Result<Vec<[f32; N]>, Problem> {
     let text = fs::read(path)?;
-    let mut field = Vec::with_capacity(expected);
+    let mut rows = Vec::with_capacity(expected);
     for (number, line) in String::from_utf8_lossy(&text)
         .lines()
         .enumerate()
@@ -159,19 +168,19 @@ fn parse_field(path: &Path, expected: usize) -> Result<Vec<Vec3>, Problem> {
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
-        let mut words = line.split_whitespace();
-        let direction = three_floats(&mut words).filter(|_| words.next().is_none());
-        let direction = direction.ok_or_else(|| Problem::Malformed(format!("line {number} is not `x y z`: {line}")))?;
-        if !direction.is_finite() {
+        let numbers: Option<Vec<f32>> = line.split_whitespace().map(|word| word.parse().ok()).collect();
+        let row = numbers.and_then(|numbers| <[f32; N]>::try_from(numbers).ok());
+        let row = row.ok_or_else(|| Problem::Malformed(format!("line {number} is not {N} numbers: {line}")))?;
+        if row.iter().any(|number| !number.is_finite()) {
             return Err(Problem::NotFinite { what: "line", number });
         }
-        field.push(direction);
+        rows.push(row);
     }
-    if field.len() == expected {
-        Ok(field)
+    if rows.len() == expected {
+        Ok(rows)
     } else {
         Err(Problem::FieldLength {
-            found: field.len(),
+            found: rows.len(),
             expected,
         })
     }
