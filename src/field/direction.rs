@@ -3,8 +3,8 @@
 //! In: a [`DirectionField`], its [`Symmetry`] and turn, and, where it names an attribute, the mesh. Out: a unit tangent
 //! per graph vertex.
 
-use super::{Principal, attribute, curvature, gradient, parallel, project_tangent, turn_tangent};
-use crate::{error::PatternError, surface::SurfaceGraph};
+use super::{Principal, attribute, curvature, gradient, project_tangent, turn_tangent};
+use crate::{error::PatternError, parallel, surface::SurfaceGraph};
 use bevy::{mesh::MeshVertexAttribute, prelude::*};
 use std::sync::Arc;
 
