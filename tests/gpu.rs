@@ -146,6 +146,70 @@ fn a_turning_line_field_keeps_its_signs() {
 }
 
 #[test]
+fn nonsense_settings_are_put_right() {
+    let nonsense = SolverSettings {
+        omega: f32::NAN,
+        softness: f32::INFINITY,
+        soft_sweeps: u32::MAX,
+        plain_sweeps: u32::MAX,
+        warm_sweeps: 0,
+        cold_start: ColdStart::Hierarchy { level_sweeps: u32::MAX },
+    };
+    let limit = SolverSettings::MAX_SWEEPS;
+    let expected = SolverSettings {
+        omega: SolverSettings::default().omega,
+        softness: SolverSettings::default().softness,
+        soft_sweeps: limit,
+        plain_sweeps: limit,
+        warm_sweeps: 1,
+        cold_start: ColdStart::Hierarchy { level_sweeps: limit },
+    };
+    assert_eq!(nonsense.valid(), expected);
+    assert_eq!(expected.valid(), expected);
+    let Err(PatternError::OutOfRange { what, .. }) = nonsense.check() else {
+        panic!("{:?}", nonsense.check());
+    };
+    assert!(what.contains("sweeps"), "{what}");
+    assert_eq!(expected.check(), Ok(()));
+    let rule = |momentum, epsilon, max_sweeps| SolverSettings {
+        cold_start: ColdStart::Local(LocalRule {
+            momentum,
+            epsilon,
+            max_sweeps,
+            skip_last_third: false,
+        }),
+        ..default()
+    };
+    assert_eq!(rule(f32::NAN, f32::NAN, u32::MAX).valid(), rule(0.2, 1e-3, limit));
+    assert_eq!(rule(-1.0, -1.0, 0).valid(), rule(0.0, 0.0, 1));
+
+    let mut app = app_with(SolverSettings {
+        soft_sweeps: 20,
+        ..nonsense
+    });
+    let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let spawn = (Mesh3d(mesh), DirectionField::Axis(Dir3::Y), Frequency::Uniform(2.0));
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let is_good = |app: &App| {
+        let (d, f, z) = wave(app, entity);
+        let q = quality(&graph(app, entity), &d, &f, &z, Symmetry::Vector);
+        z.iter().all(|z| z.is_finite()) && q.energy < 0.05
+    };
+    assert!(is_good(&app));
+    assert_eq!(app.world().resource::<SolverCounters>().sweeps(), 20 + limit);
+    // Settings may go wrong at any time.
+    app.insert_resource(SolverSettings {
+        omega: f32::NEG_INFINITY,
+        warm_sweeps: u32::MAX,
+        ..default()
+    });
+    app.world_mut().entity_mut(entity).insert(Frequency::Uniform(2.5));
+    settle(&mut app);
+    assert!(is_good(&app));
+}
+
+#[test]
 fn sleeps_when_nothing_changes_and_wakes_when_something_does() {
     let mut app = app();
     let mesh = add_mesh(&mut app, &shapes::icosphere(3, 1.0));

@@ -16,9 +16,11 @@ pub mod kite;
 pub mod layout;
 mod pack;
 mod patterns;
+mod pending;
 mod plan;
 mod quality;
 mod render;
+mod settings;
 pub mod shade;
 mod shaders;
 pub mod solver;
@@ -58,6 +60,7 @@ impl Plugin for WavePlugin {
             .init_resource::<patterns::PackedGraphs>()
             .init_resource::<patterns::Outbox>()
             .init_resource::<SolverSettings>()
+            .init_resource::<settings::ValidSettings>()
             .init_resource::<crate::diagnostics::QualityReport>()
             .init_resource::<crate::material::BufferGeneration>()
             .register_type::<PatternState>()
@@ -68,6 +71,7 @@ impl Plugin for WavePlugin {
             .add_observer(patterns::restart)
             .add_observer(patterns::remove_pattern);
         let update = (
+            settings::check_settings,
             finish_surfaces,
             patterns::update_patterns.run_if(patterns::renders),
             patterns::update_graphs.run_if(not(patterns::renders)),

@@ -9,7 +9,7 @@ use super::{
     pack::{PackedGraph, PatternRanges, geometry},
     plan::{Frame, Member, Work, plan},
     render::GpuStatus,
-    solver::{ColdStart, SolverSettings},
+    settings::{ColdStart, ValidSettings},
     state::{NeedsVector, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern},
 };
 use crate::{
@@ -172,7 +172,7 @@ pub(crate) struct Tools<'w, 's> {
     packed: ResMut<'w, PackedGraphs>,
     graphs: Res<'w, Assets<SurfaceGraph>>,
     meshes: Res<'w, Assets<Mesh>>,
-    settings: Res<'w, SolverSettings>,
+    settings: Res<'w, ValidSettings>,
 }
 
 /// Brings every pattern up to date and collects the work of the frame.

@@ -5,7 +5,7 @@
 use super::{
     arena::Upload,
     pack::PackedGraph,
-    solver::{ColdStart, SolverSettings},
+    settings::{ColdStart, SolverSettings},
 };
 use bytemuck::{Pod, Zeroable};
 use std::{ops::Range, sync::Arc};
