@@ -209,6 +209,61 @@ fn nonsense_settings_are_put_right() {
     assert!(is_good(&app));
 }
 
+/// While a buffer is away, frames wait; then each is done after the one before it, as if none had waited.
+#[test]
+fn frames_that_had_to_wait_are_done_in_order() {
+    use bevy::render::{RenderApp, render_asset::RenderAssets, storage::GpuShaderBuffer};
+    use bevy_field_patterns::wave::layout::WAVE_BUFFER;
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(3, 1.0));
+    let axis = |degrees: f32| DirectionField::Axis(Quat::from_rotation_z(degrees.to_radians()) * Dir3::Y);
+    let spawn = (Mesh3d(mesh), axis(0.0), Symmetry::Line, Frequency::Uniform(3.0));
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let (start, ..) = wave(&app, entity);
+    fn buffers(app: &mut App) -> Mut<'_, RenderAssets<GpuShaderBuffer>> {
+        app.sub_app_mut(RenderApp).world_mut().resource_mut()
+    }
+    let take = |app: &mut App| buffers(app).remove(&WAVE_BUFFER).expect("a buffer");
+    let give_back = |app: &mut App, buffer| buffers(app).insert(&WAVE_BUFFER, buffer);
+
+    let buffer = take(&mut app);
+    for degrees in [60.0, 120.0, 180.0] {
+        app.world_mut().entity_mut(entity).insert(axis(degrees));
+        update(&mut app);
+    }
+    give_back(&mut app, buffer);
+    settle(&mut app);
+    let (turned, f, z) = wave(&app, entity);
+    // A line that has been followed through half a turn has the other sign now, but where the axis is nearly normal.
+    let reversed = turned
+        .iter()
+        .zip(&start)
+        .filter(|(d, old)| d.dot(**old) < -0.99)
+        .count();
+    assert!(reversed > turned.len() / 2, "{reversed} of {}", turned.len());
+    let q = quality(&graph(&app, entity), &turned, &f, &z, Symmetry::Line);
+    assert!(q.energy < 0.05, "{q:?}");
+
+    // If it takes too long, what has waited is given up and everything begins anew.
+    let buffer = take(&mut app);
+    for frame in 0..400 {
+        app.world_mut().entity_mut(entity).insert(axis(frame as f32));
+        update(&mut app);
+    }
+    give_back(&mut app, buffer);
+    app.world_mut().entity_mut(entity).insert(axis(30.0));
+    update(&mut app);
+    settle(&mut app);
+    let graph = graph(&app, entity);
+    let (d, f, z) = wave(&app, entity);
+    let twin = Quat::from_rotation_z(30.0_f32.to_radians()) * Vec3::Y;
+    let along = |(d, &n): (&Vec3, &Vec3)| d.dot(bevy_field_patterns::field::project_tangent(twin, n)).abs() > 0.999;
+    assert!(d.iter().zip(&graph.normals).all(along));
+    let q = quality(&graph, &d, &f, &z, Symmetry::Line);
+    assert!(q.energy < 0.05, "{q:?}");
+}
+
 #[test]
 fn sleeps_when_nothing_changes_and_wakes_when_something_does() {
     let mut app = app();

@@ -220,6 +220,7 @@ pub(crate) fn update_patterns(
         }
         plan(&work, &tools.settings, status.item(), &mut outbox.0);
     }
+    outbox.0.generation = device;
     outbox.0.uploads.extend(tools.arena.take_uploads());
     outbox.0.capacities = Pool::ALL.map(|pool| tools.arena.capacity(pool));
     for entity in ready {

@@ -139,6 +139,8 @@ impl Step {
 /// All that the GPU does for patterns in one frame.
 #[derive(Debug, Default)]
 pub(crate) struct Frame {
+    /// The generation of the device that it was made for.
+    pub(crate) generation: u32,
     /// Bytes that the shared buffers must have.
     pub(crate) capacities: [u64; 5],
     pub(crate) uploads: Vec<Upload>,
@@ -147,6 +149,18 @@ pub(crate) struct Frame {
     pub(crate) steps: Vec<Step>,
     /// Sweeps over the mesh.
     pub(crate) sweeps: u32,
+}
+
+impl Frame {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.uploads.is_empty() && self.steps.is_empty()
+    }
+
+    /// Bytes that it takes while it waits, of the things that can be many.
+    pub(crate) fn bytes(&self) -> u64 {
+        let uploads: usize = self.uploads.iter().map(|upload| upload.bytes.len()).sum();
+        (uploads + size_of_val(&*self.items) + size_of_val(&*self.steps)) as u64
+    }
 }
 
 /// A pattern, as the plan sees it.
