@@ -15,6 +15,8 @@ use std::{ops::Range, sync::Arc};
 pub(crate) enum Pass {
     /// Directions of entities that follow an axis.
     ProjectAxis,
+    /// Directions that the processor has made.
+    TakeDirections,
     /// Edge constants.
     EdgeWeights,
     /// Children's signs and phases against their root.
@@ -51,8 +53,9 @@ pub(crate) enum Pass {
 
 impl Pass {
     /// All passes, in the order of their discriminants.
-    pub(crate) const ALL: [Self; 17] = [
+    pub(crate) const ALL: [Self; 18] = [
         Self::ProjectAxis,
+        Self::TakeDirections,
         Self::EdgeWeights,
         Self::Align,
         Self::Coarsen,
@@ -75,6 +78,7 @@ impl Pass {
     pub(crate) fn entry_point(self) -> &'static str {
         match self {
             Self::ProjectAxis => "project_axis",
+            Self::TakeDirections => "take_directions",
             Self::EdgeWeights => "edge_weights",
             Self::Align => "align",
             Self::Coarsen => "coarsen",
@@ -195,6 +199,8 @@ impl Member {
 pub(crate) struct Work {
     /// Directions are projected on the GPU.
     pub(crate) axis: Vec<Member>,
+    /// Directions were uploaded.
+    pub(crate) given: Vec<Member>,
     /// An input changed: edge constants are made anew.
     pub(crate) changed: Vec<Member>,
     /// Start from nothing.
@@ -210,6 +216,7 @@ pub(crate) struct Work {
 impl Work {
     pub(crate) fn is_empty(&self) -> bool {
         self.axis.is_empty()
+            && self.given.is_empty()
             && self.changed.is_empty()
             && self.cold.is_empty()
             && self.warm.is_empty()
@@ -222,6 +229,7 @@ impl Work {
 pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mut Frame) {
     let mut planner = Planner { frame, settings, item };
     planner.pass_over_vertices(Pass::ProjectAxis, &work.axis);
+    planner.pass_over_vertices(Pass::TakeDirections, &work.given);
     planner.pass_over_vertices(Pass::EdgeWeights, &work.changed);
     match &settings.cold_start {
         ColdStart::Hierarchy { level_sweeps } => planner.hierarchy(&work.cold, *level_sweeps),

@@ -211,7 +211,7 @@ fn init_pipelines(
     commands.insert_resource(PassLibrary(load_embedded_asset!(&*assets, "passes.wgsl")));
     let ids = Pass::ALL.map(|pass| {
         let shader = match pass {
-            Pass::ProjectAxis => load_embedded_asset!(&*assets, "field.wgsl"),
+            Pass::ProjectAxis | Pass::TakeDirections => load_embedded_asset!(&*assets, "field.wgsl"),
             Pass::EdgeWeights => load_embedded_asset!(&*assets, "edges.wgsl"),
             Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
                 load_embedded_asset!(&*assets, "hierarchy.wgsl")
@@ -462,7 +462,7 @@ fn report(
 /// The name under which a pass's time is reported.
 fn stage(pass: Pass) -> &'static str {
     match pass {
-        Pass::ProjectAxis => "pattern_field",
+        Pass::ProjectAxis | Pass::TakeDirections => "pattern_field",
         Pass::EdgeWeights => "pattern_edges",
         Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
             "pattern_hierarchy"
