@@ -56,7 +56,7 @@ struct Args {
     #[arg(long, default_value = "hierarchy")]
     method: MethodArg,
     /// Soft sweeps after the hierarchy [default: 10], or the most sweeps of the local rule [default: 100].
-    #[arg(long, value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(0..=1000))]
     sweeps: Option<u32>,
     /// The local rule ends when the energy changes by less than this share in a sweep; 0: never.
     #[arg(long, default_value_t = 1e-3, value_parser = parse_finite)]

@@ -8,7 +8,7 @@ use bevy_field_patterns::{
     prelude::*,
     wave::{
         Pattern, PatternArena, SolverCounters,
-        layout::FLAG_READY,
+        layout::{FLAG_READY, FLAG_VECTOR},
         quality,
         solver::{ColdStart, LocalRule, solve_cpu},
     },
@@ -141,6 +141,201 @@ fn a_turning_line_field_keeps_its_signs() {
     settle(&mut app);
     let graph = graph(&app, entity);
     let (d, _, z) = wave(&app, entity);
+    let q = quality(&graph, &d, &f, &z, Symmetry::Line);
+    assert!(q.energy < 0.05, "{q:?}");
+}
+
+/// The pattern of old directions is that of the old symmetry, for as long as new ones are being computed.
+#[test]
+fn a_symmetry_changes_together_with_its_directions() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::torus(140, 72, 1.0, 0.4, 0.25, 5));
+    let curvature = DirectionField::PrincipalCurvature {
+        direction: Principal::Major,
+        smoothing: 2000,
+    };
+    let spawn = (Mesh3d(mesh), curvature, Symmetry::Line, Frequency::Uniform(6.0));
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let (before, ..) = wave(&app, entity);
+    app.world_mut()
+        .entity_mut(entity)
+        .insert((Symmetry::Vector, FieldTurn(0.8)));
+    let mut waited = 0;
+    loop {
+        update(&mut app);
+        let is_vector = app.world().get::<Pattern>(entity).unwrap().record().flags & FLAG_VECTOR != 0;
+        let (now, ..) = wave(&app, entity);
+        let turned = now.iter().zip(&before).all(|(d, old)| d.dot(*old) < 0.9);
+        assert_eq!(is_vector, turned, "after {waited} frames");
+        if turned {
+            break;
+        }
+        waited += 1;
+        assert!(waited < 10_000);
+        assert_eq!(app.world().get::<PatternState>(entity), Some(&PatternState::Solving));
+    }
+    assert!(waited > 0, "the computation is too fast to see anything");
+    settle(&mut app);
+    let (d, f, z) = wave(&app, entity);
+    let twin = solve_cpu(&graph(&app, entity), &d, &f, Symmetry::Vector, &default()).phasors;
+    let worst = z.iter().zip(&twin).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+    assert!(worst < 1e-2, "{worst}");
+}
+
+/// The device knows the signs of a line field that it has followed; directions of the processor take them over.
+#[test]
+fn directions_after_an_axis_keep_its_signs() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(4, 1.0));
+    let axis = |step: u32| Quat::from_rotation_z((step as f32 * 17.0).to_radians()) * Dir3::Y;
+    let spawn = (
+        Mesh3d(mesh),
+        DirectionField::Axis(axis(0)),
+        Symmetry::Line,
+        Frequency::Uniform(4.0),
+    );
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    for step in 1..=10 {
+        app.world_mut()
+            .entity_mut(entity)
+            .insert(DirectionField::Axis(axis(step)));
+        update(&mut app);
+    }
+    settle(&mut app);
+    let (before, ..) = wave(&app, entity);
+    let graph = graph(&app, entity);
+    // The axis has come past many normals, where its projections have the other sign by now.
+    let projected = |v: u32| bevy_field_patterns::field::project_tangent(*axis(10), graph.normals[v as usize]);
+    let given: Vec<Vec3> = graph.vertex_of.iter().map(|&v| projected(v)).collect();
+    let reversed = |d: &[Vec3]| d.iter().zip(&before).filter(|(d, old)| d.dot(**old) < 0.0).count();
+    let as_given: Vec<Vec3> = (0..graph.len() as u32).map(projected).collect();
+    assert!(reversed(&as_given) > 20, "the test shows nothing");
+    app.world_mut()
+        .entity_mut(entity)
+        .insert(DirectionField::Tangents(given.into()));
+    update(&mut app);
+    let (now, ..) = wave(&app, entity);
+    assert_eq!(reversed(&now), 0);
+    assert!(now.iter().zip(&before).all(|(d, old)| d.distance(*old) < 1e-4));
+}
+
+#[test]
+fn nonsense_settings_are_put_right() {
+    let nonsense = SolverSettings {
+        omega: f32::NAN,
+        softness: f32::INFINITY,
+        soft_sweeps: u32::MAX,
+        plain_sweeps: u32::MAX,
+        warm_sweeps: 0,
+        cold_start: ColdStart::Hierarchy { level_sweeps: u32::MAX },
+    };
+    let limit = SolverSettings::MAX_SWEEPS;
+    let expected = SolverSettings {
+        omega: SolverSettings::default().omega,
+        softness: SolverSettings::default().softness,
+        soft_sweeps: limit,
+        plain_sweeps: limit,
+        warm_sweeps: 1,
+        cold_start: ColdStart::Hierarchy { level_sweeps: limit },
+    };
+    assert_eq!(nonsense.valid(), expected);
+    assert_eq!(expected.valid(), expected);
+    let Err(PatternError::OutOfRange { what, .. }) = nonsense.check() else {
+        panic!("{:?}", nonsense.check());
+    };
+    assert!(what.contains("sweeps"), "{what}");
+    assert_eq!(expected.check(), Ok(()));
+    let rule = |momentum, epsilon, max_sweeps| SolverSettings {
+        cold_start: ColdStart::Local(LocalRule {
+            momentum,
+            epsilon,
+            max_sweeps,
+            skip_last_third: false,
+        }),
+        ..default()
+    };
+    assert_eq!(rule(f32::NAN, f32::NAN, u32::MAX).valid(), rule(0.2, 1e-3, limit));
+    assert_eq!(rule(-1.0, -1.0, 0).valid(), rule(0.0, 0.0, 1));
+
+    let mut app = app_with(SolverSettings {
+        soft_sweeps: 20,
+        ..nonsense
+    });
+    let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let spawn = (Mesh3d(mesh), DirectionField::Axis(Dir3::Y), Frequency::Uniform(2.0));
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let is_good = |app: &App| {
+        let (d, f, z) = wave(app, entity);
+        let q = quality(&graph(app, entity), &d, &f, &z, Symmetry::Vector);
+        z.iter().all(|z| z.is_finite()) && q.energy < 0.05
+    };
+    assert!(is_good(&app));
+    assert_eq!(app.world().resource::<SolverCounters>().sweeps(), 20 + limit);
+    // Settings may go wrong at any time.
+    app.insert_resource(SolverSettings {
+        omega: f32::NEG_INFINITY,
+        warm_sweeps: u32::MAX,
+        ..default()
+    });
+    app.world_mut().entity_mut(entity).insert(Frequency::Uniform(2.5));
+    settle(&mut app);
+    assert!(is_good(&app));
+}
+
+/// While a buffer is away, frames wait; then each is done after the one before it, as if none had waited.
+#[test]
+fn frames_that_had_to_wait_are_done_in_order() {
+    use bevy::render::{RenderApp, render_asset::RenderAssets, storage::GpuShaderBuffer};
+    use bevy_field_patterns::wave::layout::WAVE_BUFFER;
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(3, 1.0));
+    let axis = |degrees: f32| DirectionField::Axis(Quat::from_rotation_z(degrees.to_radians()) * Dir3::Y);
+    let spawn = (Mesh3d(mesh), axis(0.0), Symmetry::Line, Frequency::Uniform(3.0));
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let (start, ..) = wave(&app, entity);
+    fn buffers(app: &mut App) -> Mut<'_, RenderAssets<GpuShaderBuffer>> {
+        app.sub_app_mut(RenderApp).world_mut().resource_mut()
+    }
+    let take = |app: &mut App| buffers(app).remove(&WAVE_BUFFER).expect("a buffer");
+    let give_back = |app: &mut App, buffer| buffers(app).insert(&WAVE_BUFFER, buffer);
+
+    let buffer = take(&mut app);
+    for degrees in [60.0, 120.0, 180.0] {
+        app.world_mut().entity_mut(entity).insert(axis(degrees));
+        update(&mut app);
+    }
+    give_back(&mut app, buffer);
+    settle(&mut app);
+    let (turned, f, z) = wave(&app, entity);
+    // A line that has been followed through half a turn has the other sign now, but where the axis is nearly normal.
+    let reversed = turned
+        .iter()
+        .zip(&start)
+        .filter(|(d, old)| d.dot(**old) < -0.99)
+        .count();
+    assert!(reversed > turned.len() / 2, "{reversed} of {}", turned.len());
+    let q = quality(&graph(&app, entity), &turned, &f, &z, Symmetry::Line);
+    assert!(q.energy < 0.05, "{q:?}");
+
+    // If it takes too long, what has waited is given up and everything begins anew.
+    let buffer = take(&mut app);
+    for frame in 0..400 {
+        app.world_mut().entity_mut(entity).insert(axis(frame as f32));
+        update(&mut app);
+    }
+    give_back(&mut app, buffer);
+    app.world_mut().entity_mut(entity).insert(axis(30.0));
+    update(&mut app);
+    settle(&mut app);
+    let graph = graph(&app, entity);
+    let (d, f, z) = wave(&app, entity);
+    let twin = Quat::from_rotation_z(30.0_f32.to_radians()) * Vec3::Y;
+    let along = |(d, &n): (&Vec3, &Vec3)| d.dot(bevy_field_patterns::field::project_tangent(twin, n)).abs() > 0.999;
+    assert!(d.iter().zip(&graph.normals).all(along));
     let q = quality(&graph, &d, &f, &z, Symmetry::Line);
     assert!(q.energy < 0.05, "{q:?}");
 }

@@ -187,6 +187,52 @@ fn data_of_the_render_world_can_be_used_once() {
     settle(&mut app);
 }
 
+/// Bevy takes such data at the end of the frame in which they are new.
+#[test]
+fn a_mesh_of_the_render_world_may_be_replaced() {
+    let mut app = app();
+    let render_only = |n, radius| {
+        let mut mesh = to_bevy_mesh(&shapes::icosphere(n, radius));
+        mesh.asset_usage = RenderAssetUsages::RENDER_WORLD;
+        mesh
+    };
+    let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(render_only(3, 1.0));
+    let entity = app.world_mut().spawn((Mesh3d(mesh.clone()), axis())).id();
+    settle(&mut app);
+    assert_solved(&app, entity);
+    let replace = |app: &mut App, n, radius| {
+        let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+        meshes.insert(&mesh, render_only(n, radius)).expect("a place");
+    };
+    let wait_for = |app: &mut App, vertices: usize, radius: f32| {
+        for _ in 0..1000 {
+            update(app);
+            let state = state(app, entity);
+            assert!(!matches!(state, PatternState::Failed(_)), "{state:?}");
+            let graph = graph(app, entity);
+            if graph.len() == vertices && (graph.positions[0].length() - radius).abs() < 1e-3 {
+                settle(app);
+                return assert_solved(app, entity);
+            }
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        panic!("the mesh of {vertices} vertices was not seen");
+    };
+    // Other positions, another graph, and another one while that is being built.
+    replace(&mut app, 3, 0.5);
+    wait_for(&mut app, 642, 0.5);
+    replace(&mut app, 2, 1.0);
+    wait_for(&mut app, 162, 1.0);
+    replace(&mut app, 6, 1.0);
+    update(&mut app);
+    replace(&mut app, 4, 1.0);
+    wait_for(&mut app, 2562, 1.0);
+    // The handle's place may be given up and taken again within a frame.
+    app.world_mut().resource_mut::<Assets<Mesh>>().remove(&mesh);
+    replace(&mut app, 3, 1.0);
+    wait_for(&mut app, 642, 1.0);
+}
+
 #[test]
 fn without_a_renderer_graphs_are_built_and_the_twin_solves() {
     let mut app = App::new();

@@ -3,10 +3,14 @@
 //! In: mesh assets that somebody asks for. Out: per mesh a [`SurfaceGraph`] asset and the un-indexed mesh to draw.
 //! A graph is rebuilt when the mesh's indices or its vertex count change; a change of positions or attributes alone keeps
 //! weld, colours and levels, and is written in place.
+//!
+//! Bevy tells of a changed mesh at the end of the frame, and then moves the data of a mesh that is the render world's
+//! alone away. Between the two, [`start_surfaces`] reads them.
 
 use super::{SurfaceGraph, WeldOptions, insert_missing_normals, triangle_soup, unindexed};
 use crate::error::PatternError;
 use bevy::{
+    asset::RenderAssetUsages,
     platform::collections::HashMap,
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, block_on, poll_once},
@@ -47,6 +51,8 @@ struct Entry {
     state: SurfaceState,
     /// Set while the mesh differs from what was built last.
     stale: bool,
+    /// What the mesh was when it changed during a build, where its data will be gone by the end of that.
+    kept: Option<Mesh>,
 }
 
 /// The surfaces of all mesh assets that carry patterns.
@@ -64,8 +70,22 @@ impl SurfaceCache {
             task: None,
             state: SurfaceState::Preparing,
             stale: true,
+            kept: None,
         };
         self.entries.entry(mesh).or_insert_with(new).state.clone()
+    }
+
+    /// The mesh is not what it was. During a build, data that will be moved away are kept until the next one.
+    fn mark_stale(&mut self, mesh: AssetId<Mesh>, meshes: &Assets<Mesh>) {
+        let Some(entry) = self.entries.get_mut(&mesh) else {
+            return;
+        };
+        entry.stale = true;
+        let passing = |mesh: &&Mesh| mesh.asset_usage == RenderAssetUsages::RENDER_WORLD;
+        entry.kept = entry
+            .task
+            .as_ref()
+            .and_then(|_| meshes.get(mesh).filter(passing).cloned());
     }
 
     /// Meshes whose surfaces are gone, since the last call.
@@ -75,17 +95,19 @@ impl SurfaceCache {
 }
 
 /// Notices changed and removed meshes.
-pub(crate) fn watch_meshes(mut cache: ResMut<SurfaceCache>, mut events: MessageReader<AssetEvent<Mesh>>) {
+pub(crate) fn watch_meshes(
+    mut cache: ResMut<SurfaceCache>,
+    mut events: MessageReader<AssetEvent<Mesh>>,
+    meshes: Res<Assets<Mesh>>,
+) {
     for event in events.read() {
-        match event {
-            AssetEvent::Modified { id } => {
-                if let Some(entry) = cache.entries.get_mut(id) {
-                    entry.stale = true;
-                }
-            }
+        match *event {
+            AssetEvent::Modified { id } => cache.mark_stale(id, &meshes),
+            // Another mesh may have taken the place within the frame.
+            AssetEvent::Removed { id } if meshes.contains(id) => cache.mark_stale(id, &meshes),
             AssetEvent::Removed { id } => {
-                if cache.entries.remove(id).is_some() {
-                    cache.removed.push(*id);
+                if cache.entries.remove(&id).is_some() {
+                    cache.removed.push(id);
                 }
             }
             // A mesh that was asked for before it was there is stale already.
@@ -94,38 +116,52 @@ pub(crate) fn watch_meshes(mut cache: ResMut<SurfaceCache>, mut events: MessageR
     }
 }
 
-/// Starts and finishes builds, and writes changed positions in place.
-pub(crate) fn update_surfaces(
+/// Starts the builds of meshes that have changed, and writes changed positions in place.
+pub(crate) fn start_surfaces(
     mut cache: ResMut<SurfaceCache>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut graphs: ResMut<Assets<SurfaceGraph>>,
     weld: Res<PatternWeld>,
 ) {
     let SurfaceCache { entries, version, .. } = &mut *cache;
-    for (&id, entry) in entries.iter_mut() {
-        // A build that has begun is finished, so that a mesh that changes in every frame is drawn as well.
-        if entry.stale && entry.task.is_none() {
-            let Some(mesh) = meshes.get(id) else { continue };
-            entry.stale = false;
-            match written_in_place(mesh, &entry.state, &mut graphs) {
-                Ok(Some(copy)) => {
-                    if let SurfaceState::Ready(surface) = &mut entry.state {
-                        *version += 1;
-                        surface.geometry = *version;
-                        if surface.drawn.id() != id && meshes.insert(&surface.drawn, copy).is_err() {
-                            entry.stale = true;
-                        }
+    // A build that has begun is finished, so that a mesh that changes in every frame is drawn as well.
+    for (&id, entry) in entries
+        .iter_mut()
+        .filter(|(_, entry)| entry.stale && entry.task.is_none())
+    {
+        let kept = entry.kept.take();
+        let Some(mesh) = kept.as_ref().or_else(|| meshes.get(id)) else {
+            continue;
+        };
+        entry.stale = false;
+        match written_in_place(mesh, &entry.state, &mut graphs) {
+            Ok(Some(copy)) => {
+                if let SurfaceState::Ready(surface) = &mut entry.state {
+                    *version += 1;
+                    surface.geometry = *version;
+                    if surface.drawn.id() != id && meshes.insert(&surface.drawn, copy).is_err() {
+                        entry.stale = true;
                     }
                 }
-                Ok(None) => {
-                    let (mesh, options) = (mesh.clone(), weld.0);
-                    entry.task = Some(AsyncComputeTaskPool::get().spawn(async move { build(&mesh, &options) }));
-                }
-                Err(error) => entry.state = SurfaceState::Failed(error),
             }
+            Ok(None) => {
+                let (mesh, options) = (mesh.clone(), weld.0);
+                entry.task = Some(AsyncComputeTaskPool::get().spawn(async move { build(&mesh, &options) }));
+            }
+            Err(error) => entry.state = SurfaceState::Failed(error),
         }
-        let Some(task) = &mut entry.task else { continue };
-        let Some(built) = block_on(poll_once(task)) else {
+    }
+}
+
+/// Takes over the builds that have come to their end.
+pub(crate) fn finish_surfaces(
+    mut cache: ResMut<SurfaceCache>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut graphs: ResMut<Assets<SurfaceGraph>>,
+) {
+    let SurfaceCache { entries, version, .. } = &mut *cache;
+    for entry in entries.values_mut() {
+        let Some(built) = entry.task.as_mut().and_then(|task| block_on(poll_once(task))) else {
             continue;
         };
         entry.task = None;

@@ -25,7 +25,7 @@ mod weld;
 
 pub use asset::*;
 pub use cache::{PatternWeld, Surface, SurfaceCache, SurfaceState};
-pub(crate) use cache::{update_surfaces, watch_meshes};
+pub(crate) use cache::{finish_surfaces, start_surfaces, watch_meshes};
 pub use graph::*;
 pub use soup::*;
 pub use weld::*;

@@ -1,8 +1,8 @@
-// The field pass: projects an entity's axis into the tangent plane of every vertex; the twin of `tangent.rs`.
+// The field passes: directions of an entity, projected from its axis (the twin of `tangent.rs`) or given by the processor.
 // Glossary in `passes.wgsl`.
 
 #import bevy_field_patterns::layout::{FLAG_VECTOR, FLAG_FOLLOW}
-#import bevy_field_patterns::passes::{surface, geometry, wave, load_item, WORKGROUP}
+#import bevy_field_patterns::passes::{surface, geometry, wave, edges, load_item, load_level, WORKGROUP}
 
 // A projected length below which a direction says nothing.
 const VANISHING: f32 = 1e-6;
@@ -24,19 +24,11 @@ fn turn_tangent(d: vec3<f32>, n: vec3<f32>, angle: f32) -> vec3<f32> {
     return cos(angle) * d + sin(angle) * cross(n, d);
 }
 
-fn project_vertex(record: u32, i: u32) {
-    let flags = surface[record + 2u];
-    let n = geometry[surface[record + 5u] + 2u * i + 1u].xyz;
-    let frequency = bitcast<f32>(surface[record + 10u]);
-    let turn = bitcast<f32>(surface[record + 11u]);
-    let axis = bitcast<vec3<f32>>(vec3(surface[record + 12u], surface[record + 13u], surface[record + 14u]));
-    var d = project_tangent(axis, n);
-    if turn != 0.0 {
-        d = turn_tangent(d, n, turn);
-    }
+fn store_direction(record: u32, i: u32, direction: vec3<f32>, frequency: f32) {
+    var d = direction;
     let field = surface[record + 6u] + 2u * i;
     // A line field keeps the sign that the phasor refers to.
-    if (flags & (FLAG_VECTOR | FLAG_FOLLOW)) == FLAG_FOLLOW {
+    if (surface[record + 2u] & (FLAG_VECTOR | FLAG_FOLLOW)) == FLAG_FOLLOW {
         let previous = vec3(wave[field], wave[field + 1u].x);
         if dot(previous, d) < 0.0 {
             d = -d;
@@ -46,10 +38,33 @@ fn project_vertex(record: u32, i: u32) {
     wave[field + 1u] = vec2(d.z, frequency);
 }
 
+fn project_vertex(record: u32, i: u32) {
+    let n = geometry[surface[record + 5u] + 2u * i + 1u].xyz;
+    let frequency = bitcast<f32>(surface[record + 10u]);
+    let turn = bitcast<f32>(surface[record + 11u]);
+    let axis = bitcast<vec3<f32>>(vec3(surface[record + 12u], surface[record + 13u], surface[record + 14u]));
+    var d = project_tangent(axis, n);
+    if turn != 0.0 {
+        d = turn_tangent(d, n, turn);
+    }
+    store_direction(record, i, d, frequency);
+}
+
 @compute @workgroup_size(64)
 fn project_axis(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
         project_vertex(item.x, i);
+    }
+}
+
+// The processor lays (d, f) of each vertex down where the edge constants will be, which follow from them.
+@compute @workgroup_size(64)
+fn take_directions(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let item = load_item(group);
+    let given = load_level(item.x, 0u).edge_base;
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
+        let last = edges[given + 2u * i + 1u];
+        store_direction(item.x, i, vec3(edges[given + 2u * i], last.x), last.y);
     }
 }

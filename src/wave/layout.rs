@@ -28,7 +28,8 @@ pub const FLAG_READY: u32 = 1;
 pub const FLAG_VECTOR: u32 = 2;
 /// The directions are [`PatternRecord::axis`], projected on the GPU.
 pub const FLAG_AXIS: u32 = 4;
-/// The directions follow those of the frame before: on a line field each keeps the sign nearest to its last one.
+/// The directions follow those of the frame before: on a line field each keeps the sign nearest to its last one, to which
+/// its phasor refers.
 pub const FLAG_FOLLOW: u32 = 8;
 
 /// What the GPU knows of one patterned entity. The entity's `MeshTag` is the record's word offset in the surface

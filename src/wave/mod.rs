@@ -4,10 +4,10 @@
 //! per vertex, complex, whose modulus tells how sure it is. Lichtenberg et al. 2018, section 3.
 //!
 //! [`WavePlugin`] does, every frame, in `PostUpdate`:
-//! 1. meshes: build or update the graph of every mesh that carries a pattern ([`SurfaceCache`]);
-//! 2. patterns: allocate ranges of the shared buffers ([`PatternArena`]), compute directions and frequencies that have
+//! 1. patterns: allocate ranges of the shared buffers ([`PatternArena`]), compute directions and frequencies that have
 //!    changed, decide who starts, follows, comes to rest or sleeps;
-//! 3. plan: one list of dispatches for all patterns;
+//! 2. plan: one list of dispatches for all patterns;
+//! 3. meshes, for the next frame: build or update the graph of every mesh that carries a pattern ([`SurfaceCache`]);
 //!
 //! and in the render world, before the first camera: upload and dispatch.
 
@@ -16,9 +16,11 @@ pub mod kite;
 pub mod layout;
 mod pack;
 mod patterns;
+mod pending;
 mod plan;
 mod quality;
 mod render;
+mod settings;
 pub mod shade;
 mod shaders;
 pub mod solver;
@@ -34,7 +36,7 @@ pub use state::*;
 
 use crate::{
     field::{DirectionField, Frequency},
-    surface::{PatternWeld, SurfaceCache, SurfaceGraph, update_surfaces, watch_meshes},
+    surface::{PatternWeld, SurfaceCache, SurfaceGraph, finish_surfaces, start_surfaces, watch_meshes},
 };
 use bevy::{asset::AssetEventSystems, prelude::*, render::storage::ShaderBuffer};
 
@@ -58,6 +60,7 @@ impl Plugin for WavePlugin {
             .init_resource::<patterns::PackedGraphs>()
             .init_resource::<patterns::Outbox>()
             .init_resource::<SolverSettings>()
+            .init_resource::<settings::ValidSettings>()
             .init_resource::<crate::diagnostics::QualityReport>()
             .init_resource::<crate::material::BufferGeneration>()
             .register_type::<PatternState>()
@@ -68,9 +71,8 @@ impl Plugin for WavePlugin {
             .add_observer(patterns::restart)
             .add_observer(patterns::remove_pattern);
         let update = (
-            watch_meshes,
-            patterns::request_surfaces,
-            update_surfaces,
+            settings::check_settings,
+            finish_surfaces,
             patterns::update_patterns.run_if(patterns::renders),
             patterns::update_graphs.run_if(not(patterns::renders)),
             arena::grow_buffers.run_if(resource_exists::<Assets<ShaderBuffer>>),
@@ -82,7 +84,15 @@ impl Plugin for WavePlugin {
                 .before(AssetEventSystems)
                 .run_if(resource_exists::<Assets<Mesh>>),
         )
-        .add_systems(PostUpdate, update.chain().in_set(PatternSystems));
+        .add_systems(PostUpdate, update.chain().in_set(PatternSystems))
+        // When assets have told what has changed, before rendering takes the data away.
+        .add_systems(
+            PostUpdate,
+            (watch_meshes, patterns::request_surfaces, start_surfaces)
+                .chain()
+                .after(AssetEventSystems)
+                .run_if(resource_exists::<Assets<Mesh>>),
+        );
         render::build(app);
     }
 

@@ -9,16 +9,13 @@ use super::{
     pack::{PackedGraph, PatternRanges, geometry},
     plan::{Frame, Member, Work, plan},
     render::GpuStatus,
-    solver::{ColdStart, SolverSettings},
+    settings::{ColdStart, ValidSettings},
     state::{NeedsVector, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern},
 };
 use crate::{
     diagnostics::QualityReport,
     error::PatternError,
-    field::{
-        DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry, align_to_previous, directions, frequencies,
-        project_tangent,
-    },
+    field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry, directions, frequencies, project_tangent},
     surface::{Surface, SurfaceCache, SurfaceGraph, SurfaceState},
 };
 use bevy::{
@@ -85,10 +82,18 @@ pub struct Pattern {
     inputs: Inputs,
     /// Directions as last uploaded; empty where the GPU makes them.
     directions: Vec<Vec3>,
-    task: Option<Task<Result<Vec<Vec3>, PatternError>>>,
+    /// Directions were uploaded, and the GPU has not taken them yet.
+    uploaded: bool,
+    task: Option<Task<Result<Directions, PatternError>>>,
     /// The inputs have changed since the task began.
     outdated: bool,
     phase: Phase,
+}
+
+/// Directions, and what they mean.
+struct Directions {
+    vectors: Vec<Vec3>,
+    symmetry: Symmetry,
 }
 
 /// Small inputs, compared from frame to frame.
@@ -123,6 +128,40 @@ impl Pattern {
             record: self.ranges.record,
             graph: self.graph.clone(),
         }
+    }
+
+    /// That of the directions in use, which is not the entity's while new ones are being computed.
+    fn symmetry(&self) -> Symmetry {
+        if self.record.flags & FLAG_VECTOR != 0 {
+            Symmetry::Vector
+        } else {
+            Symmetry::Line
+        }
+    }
+
+    /// Other directions come into use. They follow those before where phasors refer to these.
+    fn begin_directions(&mut self, symmetry: Symmetry) {
+        if symmetry != self.symmetry() && self.phase != Phase::Waiting {
+            // The phasors of lines and of vectors mean different things.
+            self.phase = Phase::Cold;
+        }
+        self.record.flags &= !(FLAG_VECTOR | FLAG_AXIS | FLAG_FOLLOW);
+        if symmetry == Symmetry::Vector {
+            self.record.flags |= FLAG_VECTOR;
+        }
+        if matches!(self.phase, Phase::Warm(_) | Phase::Asleep) {
+            self.record.flags |= FLAG_FOLLOW;
+        }
+    }
+
+    /// The GPU brings directions and edge constants up to date.
+    fn push_inputs(&mut self, work: &mut Work) {
+        if self.record.flags & FLAG_AXIS != 0 {
+            work.axis.push(self.member());
+        } else if std::mem::take(&mut self.uploaded) {
+            work.given.push(self.member());
+        }
+        work.changed.push(self.member());
     }
 
     fn is_drawn(&self) -> bool {
@@ -172,7 +211,7 @@ pub(crate) struct Tools<'w, 's> {
     packed: ResMut<'w, PackedGraphs>,
     graphs: Res<'w, Assets<SurfaceGraph>>,
     meshes: Res<'w, Assets<Mesh>>,
-    settings: Res<'w, SolverSettings>,
+    settings: Res<'w, ValidSettings>,
 }
 
 /// Brings every pattern up to date and collects the work of the frame.
@@ -220,6 +259,7 @@ pub(crate) fn update_patterns(
         }
         plan(&work, &tools.settings, status.item(), &mut outbox.0);
     }
+    outbox.0.generation = device;
     outbox.0.uploads.extend(tools.arena.take_uploads());
     outbox.0.capacities = Pool::ALL.map(|pool| tools.arena.capacity(pool));
     for entity in ready {
@@ -465,6 +505,7 @@ impl Pattern {
             geometry: surface.geometry,
             inputs,
             directions: Vec::new(),
+            uploaded: false,
             task: None,
             outdated: false,
             phase: Phase::Waiting,
@@ -493,10 +534,6 @@ fn update_inputs(
         _ => None,
     };
     pattern.geometry = surface.geometry;
-    if pattern.inputs.symmetry != inputs.symmetry && pattern.phase != Phase::Waiting {
-        // The phasors of lines and of vectors mean different things.
-        pattern.phase = Phase::Cold;
-    }
     pattern.inputs = inputs;
     let waits = pattern.phase == Phase::Waiting;
     if !turned && !item.frequency.is_changed() && pattern.task.is_none() && !waits {
@@ -510,16 +547,12 @@ fn update_inputs(
             .arena
             .write(Pool::Geometry, first, &geometry(&in_world(graph, linear)));
     }
-    let vector = if inputs.symmetry == Symmetry::Vector {
-        FLAG_VECTOR
-    } else {
-        0
-    };
-    pattern.record.flags = (pattern.record.flags & !(FLAG_VECTOR | FLAG_AXIS)) | vector;
     if let Some((axis, frequency)) = uniform {
         check_uniform(axis, frequency, inputs.turn)?;
         pattern.task = None;
         pattern.directions.clear();
+        pattern.uploaded = false;
+        pattern.begin_directions(inputs.symmetry);
         pattern.record.flags |= FLAG_AXIS;
         pattern.record.axis = axis.to_array();
         pattern.record.frequency = frequency;
@@ -530,19 +563,21 @@ fn update_inputs(
         }
         return Ok(Changed::Inputs);
     }
-    pattern.write_record(&mut tools.arena);
     let slow = matches!(*item.field, DirectionField::PrincipalCurvature { .. });
     let mut new = None;
     if turned || pattern.directions.is_empty() {
         let source = tools.meshes.get(mesh).ok_or(PatternError::MeshDataTaken)?;
         if slow {
             // A computation that has begun is finished, so that a field that changes in every frame is seen to.
-            pattern.outdated = pattern.task.is_some() && turned;
+            pattern.outdated |= pattern.task.is_some() && turned;
             let start = || compute_directions(DirectionField::clone(&item.field), inputs, graph.clone());
             pattern.task.get_or_insert_with(start);
         } else {
             pattern.task = None;
-            new = Some(directions_in(&item.field, inputs, graph, source)?);
+            new = Some(Directions {
+                vectors: directions_in(&item.field, inputs, graph, source)?,
+                symmetry: inputs.symmetry,
+            });
         }
     }
     if let Some(task) = &mut pattern.task {
@@ -553,12 +588,14 @@ fn update_inputs(
         pattern.task = std::mem::take(&mut pattern.outdated).then(start);
         new = Some(done?);
     }
-    if let Some(mut new) = new {
-        if inputs.symmetry == Symmetry::Line && pattern.directions.len() == new.len() {
-            align_to_previous(&mut new, &pattern.directions);
+    match new {
+        Some(new) => {
+            pattern.begin_directions(new.symmetry);
+            pattern.directions = new.vectors;
         }
-        pattern.directions = new;
+        None => pattern.begin_directions(pattern.symmetry()),
     }
+    pattern.write_record(&mut tools.arena);
     let source = tools.meshes.get(mesh).ok_or(PatternError::MeshDataTaken)?;
     let frequencies = frequencies(&item.frequency, graph, source)?;
     let field: Vec<Vec4> = pattern
@@ -567,7 +604,8 @@ fn update_inputs(
         .zip(&frequencies)
         .map(|(d, &f)| d.extend(f))
         .collect();
-    tools.arena.write(Pool::Wave, pattern.ranges.field, &field);
+    tools.arena.write(Pool::Edges, pattern.ranges.edges, &field);
+    pattern.uploaded = true;
     if pattern.phase == Phase::Waiting {
         pattern.phase = Phase::Cold;
     }
@@ -579,10 +617,13 @@ fn compute_directions(
     field: DirectionField,
     inputs: Inputs,
     graph: SurfaceGraph,
-) -> Task<Result<Vec<Vec3>, PatternError>> {
+) -> Task<Result<Directions, PatternError>> {
     AsyncComputeTaskPool::get().spawn(async move {
         let empty = Mesh::new(bevy::mesh::PrimitiveTopology::TriangleList, default());
-        directions_in(&field, inputs, &graph, &empty)
+        Ok(Directions {
+            vectors: directions_in(&field, inputs, &graph, &empty)?,
+            symmetry: inputs.symmetry,
+        })
     })
 }
 
@@ -671,23 +712,17 @@ fn schedule(
     }
     let member = pattern.member();
     if pattern.phase == Phase::Cold {
-        if pattern.record.flags & FLAG_AXIS != 0 {
-            work.axis.push(member.clone());
-        }
-        work.changed.push(member.clone());
+        pattern.push_inputs(work);
         work.cold.push(member);
         if !pattern.is_drawn() {
             ready.push(item.entity);
         }
-        pattern.record.flags |= FLAG_READY | FLAG_FOLLOW;
+        pattern.record.flags = (pattern.record.flags | FLAG_READY) & !FLAG_FOLLOW;
         pattern.write_record(&mut tools.arena);
         pattern.phase = Phase::Asleep;
         item.state.set_if_neq(PatternState::Converged);
     } else if changed == Changed::Inputs {
-        if pattern.record.flags & FLAG_AXIS != 0 {
-            work.axis.push(member.clone());
-        }
-        work.changed.push(member.clone());
+        pattern.push_inputs(work);
         work.warm.push(member);
         pattern.phase = Phase::Warm(FRAMES_TO_REST);
         item.state.set_if_neq(PatternState::Solving);

@@ -5,7 +5,7 @@
 use super::{
     arena::Upload,
     pack::PackedGraph,
-    solver::{ColdStart, SolverSettings},
+    settings::{ColdStart, SolverSettings},
 };
 use bytemuck::{Pod, Zeroable};
 use std::{ops::Range, sync::Arc};
@@ -15,6 +15,8 @@ use std::{ops::Range, sync::Arc};
 pub(crate) enum Pass {
     /// Directions of entities that follow an axis.
     ProjectAxis,
+    /// Directions that the processor has made.
+    TakeDirections,
     /// Edge constants.
     EdgeWeights,
     /// Children's signs and phases against their root.
@@ -51,8 +53,9 @@ pub(crate) enum Pass {
 
 impl Pass {
     /// All passes, in the order of their discriminants.
-    pub(crate) const ALL: [Self; 17] = [
+    pub(crate) const ALL: [Self; 18] = [
         Self::ProjectAxis,
+        Self::TakeDirections,
         Self::EdgeWeights,
         Self::Align,
         Self::Coarsen,
@@ -75,6 +78,7 @@ impl Pass {
     pub(crate) fn entry_point(self) -> &'static str {
         match self {
             Self::ProjectAxis => "project_axis",
+            Self::TakeDirections => "take_directions",
             Self::EdgeWeights => "edge_weights",
             Self::Align => "align",
             Self::Coarsen => "coarsen",
@@ -139,6 +143,8 @@ impl Step {
 /// All that the GPU does for patterns in one frame.
 #[derive(Debug, Default)]
 pub(crate) struct Frame {
+    /// The generation of the device that it was made for.
+    pub(crate) generation: u32,
     /// Bytes that the shared buffers must have.
     pub(crate) capacities: [u64; 5],
     pub(crate) uploads: Vec<Upload>,
@@ -147,6 +153,18 @@ pub(crate) struct Frame {
     pub(crate) steps: Vec<Step>,
     /// Sweeps over the mesh.
     pub(crate) sweeps: u32,
+}
+
+impl Frame {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.uploads.is_empty() && self.steps.is_empty()
+    }
+
+    /// Bytes that it takes while it waits, of the things that can be many.
+    pub(crate) fn bytes(&self) -> u64 {
+        let uploads: usize = self.uploads.iter().map(|upload| upload.bytes.len()).sum();
+        (uploads + size_of_val(&*self.items) + size_of_val(&*self.steps)) as u64
+    }
 }
 
 /// A pattern, as the plan sees it.
@@ -181,6 +199,8 @@ impl Member {
 pub(crate) struct Work {
     /// Directions are projected on the GPU.
     pub(crate) axis: Vec<Member>,
+    /// Directions were uploaded.
+    pub(crate) given: Vec<Member>,
     /// An input changed: edge constants are made anew.
     pub(crate) changed: Vec<Member>,
     /// Start from nothing.
@@ -196,6 +216,7 @@ pub(crate) struct Work {
 impl Work {
     pub(crate) fn is_empty(&self) -> bool {
         self.axis.is_empty()
+            && self.given.is_empty()
             && self.changed.is_empty()
             && self.cold.is_empty()
             && self.warm.is_empty()
@@ -208,6 +229,7 @@ impl Work {
 pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mut Frame) {
     let mut planner = Planner { frame, settings, item };
     planner.pass_over_vertices(Pass::ProjectAxis, &work.axis);
+    planner.pass_over_vertices(Pass::TakeDirections, &work.given);
     planner.pass_over_vertices(Pass::EdgeWeights, &work.changed);
     match &settings.cold_start {
         ColdStart::Hierarchy { level_sweeps } => planner.hierarchy(&work.cold, *level_sweeps),

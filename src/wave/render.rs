@@ -6,7 +6,8 @@ use super::{
     arena::Pool,
     pack::ITEM,
     patterns::Outbox,
-    plan::{Frame, Pass, Step, StepUniform},
+    pending::{Merged, Pending},
+    plan::{Pass, StepUniform},
 };
 use crate::error::PatternError;
 use bevy::{
@@ -18,7 +19,7 @@ use bevy::{
         diagnostic::RecordDiagnostics,
         render_asset::RenderAssets,
         render_resource::{
-            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, BufferBinding,
+            BindGroup, BindGroupEntries, BindGroupLayoutDescriptor, BindGroupLayoutEntries, Buffer, BufferBinding,
             BufferDescriptor, BufferInitDescriptor, BufferUsages, CachedComputePipelineId, CachedPipelineState,
             ComputePassDescriptor, ComputePipelineDescriptor, PipelineCache, ShaderStages,
             binding_types::{storage_buffer_read_only_sized, storage_buffer_sized, uniform_buffer_sized},
@@ -76,6 +77,11 @@ impl GpuStatus {
         self.0.generation.load(Relaxed)
     }
 
+    /// What was on the GPU does not count any more.
+    pub(super) fn begin_generation(&self) {
+        self.0.generation.fetch_add(1, Relaxed);
+    }
+
     /// Why the GPU cannot solve.
     pub(crate) fn error(&self) -> Option<PatternError> {
         self.0.error.read().unwrap_or_else(PoisonError::into_inner).clone()
@@ -112,16 +118,13 @@ impl SolverCounters {
     }
 }
 
-/// Frames from the main world that the GPU has not done yet.
-#[derive(Resource, Default)]
-struct Pending(Vec<Frame>);
-
 /// The dispatches of this frame, ready to be recorded.
 #[derive(Resource, Default)]
 struct Prepared {
-    steps: Vec<Step>,
-    sweeps: u32,
+    work: Merged,
     bind_group: Option<BindGroup>,
+    /// The bytes of the copies between steps, and the shared buffers that get them.
+    staging: Option<(Buffer, [Buffer; Pool::ALL.len()])>,
 }
 
 #[derive(Resource)]
@@ -180,7 +183,7 @@ fn init_pipelines(
         },
         Relaxed,
     );
-    status.0.generation.fetch_add(1, Relaxed);
+    status.begin_generation();
     status.0.ready.store(false, Relaxed);
     if let Some(error) = missing_limit(&device) {
         status.set_error(error);
@@ -208,7 +211,7 @@ fn init_pipelines(
     commands.insert_resource(PassLibrary(load_embedded_asset!(&*assets, "passes.wgsl")));
     let ids = Pass::ALL.map(|pass| {
         let shader = match pass {
-            Pass::ProjectAxis => load_embedded_asset!(&*assets, "field.wgsl"),
+            Pass::ProjectAxis | Pass::TakeDirections => load_embedded_asset!(&*assets, "field.wgsl"),
             Pass::EdgeWeights => load_embedded_asset!(&*assets, "edges.wgsl"),
             Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
                 load_embedded_asset!(&*assets, "hierarchy.wgsl")
@@ -267,12 +270,12 @@ fn missing_limit(device: &RenderDevice) -> Option<PatternError> {
         })
 }
 
-fn extract(mut main: ResMut<MainWorld>, mut pending: ResMut<Pending>) {
+fn extract(mut main: ResMut<MainWorld>, mut pending: ResMut<Pending>, status: Res<GpuStatus>) {
     let Some(mut outbox) = main.get_resource_mut::<Outbox>() else {
         return;
     };
-    if !outbox.0.uploads.is_empty() || !outbox.0.steps.is_empty() {
-        pending.0.push(std::mem::take(&mut outbox.0));
+    if !outbox.0.is_empty() {
+        pending.push(std::mem::take(&mut outbox.0), &status);
     }
 }
 
@@ -304,36 +307,22 @@ fn prepare(
         }
     }
     status.0.ready.store(compiled, Relaxed);
-    let Some(last) = pending.0.last() else { return };
-    let gpu: Option<Vec<&GpuShaderBuffer>> = Pool::ALL.iter().map(|pool| buffers.get(&pool.handle())).collect();
-    let Some(gpu) = gpu else { return };
-    let large = gpu
-        .iter()
-        .zip(last.capacities)
-        .all(|(buffer, needed)| buffer.buffer.size() >= needed);
-    let solves = pending.0.iter().any(|frame| !frame.steps.is_empty());
-    if !large || (solves && !compiled) {
+    let Some(needed) = pending.capacities() else { return };
+    let Some(gpu) = shared_buffers(&buffers) else { return };
+    let large = gpu.iter().zip(needed).all(|(buffer, needed)| buffer.size() >= needed);
+    if !large || (pending.has_steps() && !compiled) {
         return;
     }
-    let mut items: Vec<[u32; 4]> = Vec::new();
-    for frame in pending.0.drain(..) {
-        for upload in &frame.uploads {
-            queue.write_buffer(&gpu[upload.pool as usize].buffer, upload.offset, &upload.bytes);
-        }
-        let first = items.len() as u32;
-        items.extend_from_slice(&frame.items);
-        prepared.sweeps += frame.sweeps;
-        prepared.steps.extend(frame.steps.into_iter().map(|mut step| {
-            step.uniform.first_item += first;
-            step
-        }));
-    }
-    if prepared.steps.is_empty() {
+    prepared.work = pending.merge(|pool, offset, bytes| queue.write_buffer(&gpu[pool as usize], offset, bytes));
+    let Merged {
+        steps, items, staged, ..
+    } = &prepared.work;
+    if steps.is_empty() {
         return;
     }
     let stride = STEP_STRIDE.max(device.limits().min_uniform_buffer_offset_alignment as usize);
-    let mut uniforms = vec![0u8; stride * prepared.steps.len()];
-    for (slot, step) in uniforms.chunks_mut(stride).zip(&prepared.steps) {
+    let mut uniforms = vec![0u8; stride * steps.len()];
+    for (slot, step) in uniforms.chunks_mut(stride).zip(steps) {
         slot[..size_of::<StepUniform>()].copy_from_slice(bytemuck::bytes_of(&step.uniform));
     }
     let uniforms = device.create_buffer_with_data(&BufferInitDescriptor {
@@ -343,11 +332,18 @@ fn prepare(
     });
     let work = device.create_buffer(&BufferDescriptor {
         label: Some("pattern_items"),
-        size: (items.len() * size_of::<[u32; 4]>()) as u64,
+        size: size_of_val(&**items) as u64,
         usage: BufferUsages::STORAGE | BufferUsages::COPY_DST,
         mapped_at_creation: false,
     });
-    queue.write_buffer(&work, 0, bytemuck::cast_slice(&items));
+    queue.write_buffer(&work, 0, bytemuck::cast_slice(items));
+    let staging = (!staged.is_empty()).then(|| {
+        device.create_buffer_with_data(&BufferInitDescriptor {
+            label: Some("pattern_staging"),
+            contents: staged,
+            usage: BufferUsages::COPY_SRC,
+        })
+    });
     let step = BufferBinding {
         buffer: &uniforms,
         offset: 0,
@@ -359,16 +355,27 @@ fn prepare(
         &BindGroupEntries::sequential((
             step,
             work.as_entire_buffer_binding(),
-            gpu[Pool::Surface as usize].buffer.as_entire_buffer_binding(),
-            gpu[Pool::Geometry as usize].buffer.as_entire_buffer_binding(),
-            gpu[Pool::Wave as usize].buffer.as_entire_buffer_binding(),
-            gpu[Pool::Edges as usize].buffer.as_entire_buffer_binding(),
-            gpu[Pool::Balance as usize].buffer.as_entire_buffer_binding(),
+            gpu[Pool::Surface as usize].as_entire_buffer_binding(),
+            gpu[Pool::Geometry as usize].as_entire_buffer_binding(),
+            gpu[Pool::Wave as usize].as_entire_buffer_binding(),
+            gpu[Pool::Edges as usize].as_entire_buffer_binding(),
+            gpu[Pool::Balance as usize].as_entire_buffer_binding(),
         )),
     ));
+    prepared.staging = staging.map(|staging| (staging, gpu));
 }
 
-/// Records the dispatches: one compute pass per run of equal stages, so that diagnostics can tell their times.
+/// The shared buffers in the order of [`Pool::ALL`], once all are there.
+fn shared_buffers(buffers: &RenderAssets<GpuShaderBuffer>) -> Option<[Buffer; Pool::ALL.len()]> {
+    let found: Option<Vec<Buffer>> = Pool::ALL
+        .iter()
+        .map(|pool| buffers.get(&pool.handle()).map(|buffer| buffer.buffer.clone()))
+        .collect();
+    found?.try_into().ok()
+}
+
+/// Records the dispatches: one compute pass per run of equal stages, so that diagnostics can tell their times. What frames
+/// that had to wait have uploaded comes between those of the frame before and their own.
 fn solve(
     mut context: RenderContext,
     prepared: Res<Prepared>,
@@ -377,8 +384,11 @@ fn solve(
     device: Res<RenderDevice>,
     counters: Res<SolverCounters>,
 ) {
-    counters.0.dispatches.store(prepared.steps.len() as u32, Relaxed);
-    counters.0.sweeps.store(prepared.sweeps, Relaxed);
+    let Merged {
+        steps, sweeps, copies, ..
+    } = &prepared.work;
+    counters.0.dispatches.store(steps.len() as u32, Relaxed);
+    counters.0.sweeps.store(*sweeps, Relaxed);
     let (Some(pipelines), Some(bind_group)) = (pipelines, &prepared.bind_group) else {
         return;
     };
@@ -386,10 +396,21 @@ fn solve(
     let diagnostics = diagnostics.as_deref();
     let stride = (STEP_STRIDE as u32).max(device.limits().min_uniform_buffer_offset_alignment);
     let encoder = context.command_encoder();
+    let mut copies = copies.iter().peekable();
     let mut first = 0;
-    while first < prepared.steps.len() {
-        let stage = stage(prepared.steps[first].pass);
-        let len = prepared.steps[first..]
+    loop {
+        while let Some(copy) = copies.next_if(|copy| copy.before == first) {
+            if let Some((staging, shared)) = &prepared.staging {
+                let len = copy.bytes.end - copy.bytes.start;
+                encoder.copy_buffer_to_buffer(staging, copy.bytes.start, &shared[copy.pool as usize], copy.offset, len);
+            }
+        }
+        if first == steps.len() {
+            break;
+        }
+        let stage = stage(steps[first].pass);
+        let end = copies.peek().map_or(steps.len(), |copy| copy.before);
+        let len = steps[first..end]
             .iter()
             .take_while(|step| self::stage(step.pass) == stage)
             .count();
@@ -398,7 +419,7 @@ fn solve(
             ..default()
         });
         let span = diagnostics.pass_span(&mut pass, stage);
-        for (n, step) in prepared.steps.iter().enumerate().skip(first).take(len) {
+        for (n, step) in steps.iter().enumerate().skip(first).take(len) {
             let Some(pipeline) = cache.get_compute_pipeline(pipelines.ids[step.pass as usize]) else {
                 continue;
             };
@@ -428,7 +449,7 @@ fn report(
         .diagnostic_recorder()
         .filter(|_| device.features().intersects(queries));
     status.0.reports.store(diagnostics.is_some(), Relaxed);
-    *reported |= prepared.steps.iter().any(|step| step.pass == Pass::Report);
+    *reported |= prepared.work.steps.iter().any(|step| step.pass == Pass::Report);
     let Some(balance) = buffers.get(&Pool::Balance.handle()).filter(|_| *reported) else {
         return;
     };
@@ -441,7 +462,7 @@ fn report(
 /// The name under which a pass's time is reported.
 fn stage(pass: Pass) -> &'static str {
     match pass {
-        Pass::ProjectAxis => "pattern_field",
+        Pass::ProjectAxis | Pass::TakeDirections => "pattern_field",
         Pass::EdgeWeights => "pattern_edges",
         Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
             "pattern_hierarchy"

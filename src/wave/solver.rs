@@ -13,89 +13,15 @@
 //! aggregates. No coarse position, normal or direction is needed.
 
 use super::kite::{cmul, edge_phase, phasor, reversed};
+pub use super::settings::{ColdStart, LocalRule, SolverSettings};
 use crate::{
     field::Symmetry,
     surface::{Level, SurfaceGraph},
 };
 use bevy::{
     math::{Vec2, Vec3},
-    prelude::*,
     tasks::{ComputeTaskPool, TaskPool},
 };
-
-/// How waves are solved. The defaults are good; all numbers are sweeps over all vertices unless said otherwise.
-#[derive(Resource, Reflect, Debug, Clone, PartialEq)]
-#[reflect(Resource, Default)]
-pub struct SolverSettings {
-    /// How a pattern starts when nothing is known. Default: [`ColdStart::Hierarchy`].
-    pub cold_start: ColdStart,
-    /// Soft sweeps on the mesh after the hierarchy. Default 10.
-    pub soft_sweeps: u32,
-    /// Plain sweeps that end every solve; they never raise the energy. Default 4.
-    pub plain_sweeps: u32,
-    /// Soft sweeps per frame while an input changes. Default 3; 1 follows slowly, 10 is nearly converged.
-    pub warm_sweeps: u32,
-    /// Over-relaxation ω of soft sweeps and of the hierarchy's levels, 1..2. Default 1.6.
-    pub omega: f32,
-    /// Exponent p of z ← z |z|^(p-1) in soft sweeps, 0..=1: 0 keeps unit phasors, 1 is linear. Default 0.9.
-    pub softness: f32,
-}
-
-/// How a pattern starts when nothing is known.
-#[derive(Reflect, Debug, Clone, PartialEq)]
-pub enum ColdStart {
-    /// The Galerkin hierarchy: no random numbers, long waves come out right at once.
-    Hierarchy {
-        /// Sweeps on each coarse level; the soft sweeps take over on the mesh. Default 4.
-        level_sweeps: u32,
-    },
-    /// The local rule as Lichtenberg et al. 2018 print it (section 3.3): random phases from a hash of the vertex id,
-    /// then coloured sweeps with momentum. Slow to find long waves; selectable for comparison.
-    Local(LocalRule),
-}
-
-/// Parameters of [`ColdStart::Local`].
-#[derive(Reflect, Debug, Clone, PartialEq)]
-pub struct LocalRule {
-    /// Momentum s_m of Eq. 10, 0..1. Default 0.2.
-    pub momentum: f32,
-    /// Ends when |E_before - E| / E_before of one sweep falls below this (Eq. 12). Default 1e-3; 0 never ends early.
-    pub epsilon: f32,
-    /// At most this many sweeps. Default 100.
-    pub max_sweeps: u32,
-    /// Leave out the last third of the colours in every second sweep.
-    pub skip_last_third: bool,
-}
-
-impl Default for LocalRule {
-    fn default() -> Self {
-        Self {
-            momentum: 0.2,
-            epsilon: 1e-3,
-            max_sweeps: 100,
-            skip_last_third: false,
-        }
-    }
-}
-
-impl Default for ColdStart {
-    fn default() -> Self {
-        Self::Hierarchy { level_sweeps: 4 }
-    }
-}
-
-impl Default for SolverSettings {
-    fn default() -> Self {
-        Self {
-            cold_start: ColdStart::default(),
-            soft_sweeps: 10,
-            plain_sweeps: 4,
-            warm_sweeps: 3,
-            omega: 1.6,
-            softness: 0.9,
-        }
-    }
-}
 
 /// How a sweep moves a vertex towards the sum t of what it sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -380,6 +306,7 @@ pub fn solve_cpu(
     symmetry: Symmetry,
     settings: &SolverSettings,
 ) -> Solution {
+    let settings = &settings.valid();
     let (fine, sums) = edges(graph, directions, frequencies, symmetry);
     match &settings.cold_start {
         ColdStart::Hierarchy { level_sweeps } => {
@@ -407,6 +334,7 @@ pub fn follow_cpu(
     settings: &SolverSettings,
     phasors: &mut [Vec2],
 ) {
+    let settings = &settings.valid();
     let (fine, sums) = edges(graph, directions, frequencies, symmetry);
     sweep_soft(
         graph.mesh_level(),

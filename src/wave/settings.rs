@@ -1,0 +1,217 @@
+//! How waves are solved: what a user can set, and what of it counts.
+//!
+//! In: [`SolverSettings`], with any numbers. Out: settings in range, which neither make a phasor that is not a number nor
+//! keep a GPU busy for longer than its driver waits.
+
+use crate::error::PatternError;
+use bevy::prelude::*;
+
+/// How waves are solved. The defaults are good; all numbers are sweeps over all vertices unless said otherwise.
+///
+/// A value outside its range counts as the nearest one inside, one that is not finite as the default; the plugin says so
+/// once in the log.
+#[derive(Resource, Reflect, Debug, Clone, PartialEq)]
+#[reflect(Resource, Default)]
+pub struct SolverSettings {
+    /// How a pattern starts when nothing is known. Default: [`ColdStart::Hierarchy`].
+    pub cold_start: ColdStart,
+    /// Soft sweeps on the mesh after the hierarchy, 0..=[`MAX_SWEEPS`](Self::MAX_SWEEPS). Default 10.
+    pub soft_sweeps: u32,
+    /// Plain sweeps that end every solve; they never raise the energy. 0..=[`MAX_SWEEPS`](Self::MAX_SWEEPS), default 4.
+    pub plain_sweeps: u32,
+    /// Soft sweeps per frame while an input changes, 1..=[`MAX_SWEEPS`](Self::MAX_SWEEPS). Default 3; 1 follows slowly, 10
+    /// is nearly converged.
+    pub warm_sweeps: u32,
+    /// Over-relaxation ω of soft sweeps and of the hierarchy's levels, 0.1..=1.95; below 1 it is under-relaxation. Default
+    /// 1.6.
+    pub omega: f32,
+    /// Exponent p of z ← z |z|^(p-1) in soft sweeps, 0..=1: 0 keeps unit phasors, 1 is linear. Default 0.9.
+    pub softness: f32,
+}
+
+/// How a pattern starts when nothing is known.
+#[derive(Reflect, Debug, Clone, PartialEq)]
+pub enum ColdStart {
+    /// The Galerkin hierarchy: no random numbers, long waves come out right at once.
+    Hierarchy {
+        /// Sweeps on each coarse level, 0..=[`MAX_SWEEPS`](SolverSettings::MAX_SWEEPS); the soft sweeps take over on the
+        /// mesh. Default 4.
+        level_sweeps: u32,
+    },
+    /// The local rule as Lichtenberg et al. 2018 print it (section 3.3): random phases from a hash of the vertex id,
+    /// then coloured sweeps with momentum. Slow to find long waves; selectable for comparison.
+    Local(LocalRule),
+}
+
+/// Parameters of [`ColdStart::Local`].
+#[derive(Reflect, Debug, Clone, PartialEq)]
+pub struct LocalRule {
+    /// Momentum s_m of Eq. 10, 0..=1. Default 0.2.
+    pub momentum: f32,
+    /// Ends when |E_before - E| / E_before of one sweep falls below this (Eq. 12), 0..=1. Default 1e-3; 0 never ends early.
+    pub epsilon: f32,
+    /// At most this many sweeps, 1..=[`MAX_SWEEPS`](SolverSettings::MAX_SWEEPS). Default 100.
+    pub max_sweeps: u32,
+    /// Leave out the last third of the colours in every second sweep.
+    pub skip_last_third: bool,
+}
+
+impl Default for LocalRule {
+    fn default() -> Self {
+        Self {
+            momentum: 0.2,
+            epsilon: 1e-3,
+            max_sweeps: 100,
+            skip_last_third: false,
+        }
+    }
+}
+
+impl Default for ColdStart {
+    fn default() -> Self {
+        Self::Hierarchy { level_sweeps: 4 }
+    }
+}
+
+impl Default for SolverSettings {
+    fn default() -> Self {
+        Self {
+            cold_start: ColdStart::default(),
+            soft_sweeps: 10,
+            plain_sweeps: 4,
+            warm_sweeps: 3,
+            omega: 1.6,
+            softness: 0.9,
+        }
+    }
+}
+
+impl SolverSettings {
+    /// The most sweeps of one kind: all of them are done in one frame.
+    pub const MAX_SWEEPS: u32 = 1000;
+
+    /// Whether every value is in its range.
+    ///
+    /// # Errors
+    /// [`OutOfRange`](PatternError::OutOfRange) with the first value that is not.
+    pub fn check(&self) -> Result<(), PatternError> {
+        self.clone().put_right().map_or(Ok(()), Err)
+    }
+
+    /// The nearest settings that are in range.
+    pub fn valid(&self) -> Self {
+        let mut valid = self.clone();
+        valid.put_right();
+        valid
+    }
+
+    /// Makes every value valid; the first that was not.
+    fn put_right(&mut self) -> Option<PatternError> {
+        let default = Self::default();
+        let mut errors = [
+            sweeps("SolverSettings::soft_sweeps", &mut self.soft_sweeps, 0),
+            sweeps("SolverSettings::plain_sweeps", &mut self.plain_sweeps, 0),
+            sweeps("SolverSettings::warm_sweeps", &mut self.warm_sweeps, 1),
+            real(
+                "SolverSettings::omega",
+                &mut self.omega,
+                default.omega,
+                (0.1, 1.95),
+                "0.1..=1.95",
+            ),
+            real(
+                "SolverSettings::softness",
+                &mut self.softness,
+                default.softness,
+                (0.0, 1.0),
+                "0..=1",
+            ),
+            self.cold_start.put_right(),
+        ];
+        errors.iter_mut().find_map(Option::take)
+    }
+}
+
+impl ColdStart {
+    fn put_right(&mut self) -> Option<PatternError> {
+        match self {
+            Self::Hierarchy { level_sweeps } => sweeps("ColdStart::Hierarchy::level_sweeps", level_sweeps, 0),
+            Self::Local(rule) => {
+                let default = LocalRule::default();
+                let mut errors = [
+                    sweeps("LocalRule::max_sweeps", &mut rule.max_sweeps, 1),
+                    real(
+                        "LocalRule::momentum",
+                        &mut rule.momentum,
+                        default.momentum,
+                        (0.0, 1.0),
+                        "0..=1",
+                    ),
+                    real(
+                        "LocalRule::epsilon",
+                        &mut rule.epsilon,
+                        default.epsilon,
+                        (0.0, 1.0),
+                        "0..=1",
+                    ),
+                ];
+                errors.iter_mut().find_map(Option::take)
+            }
+        }
+    }
+}
+
+fn sweeps(what: &'static str, value: &mut u32, least: u32) -> Option<PatternError> {
+    let given = *value;
+    *value = given.clamp(least, SolverSettings::MAX_SWEEPS);
+    (*value != given).then_some(PatternError::OutOfRange {
+        what,
+        value: given as f32,
+        expected: if least == 0 {
+            "0..=1000 sweeps"
+        } else {
+            "1..=1000 sweeps"
+        },
+    })
+}
+
+fn real(
+    what: &'static str,
+    value: &mut f32,
+    default: f32,
+    (least, most): (f32, f32),
+    expected: &'static str,
+) -> Option<PatternError> {
+    let given = *value;
+    *value = if given.is_finite() {
+        given.clamp(least, most)
+    } else {
+        default
+    };
+    (*value != given).then_some(PatternError::OutOfRange {
+        what,
+        value: given,
+        expected,
+    })
+}
+
+/// The settings that count.
+#[derive(Resource, Default, Deref)]
+pub(crate) struct ValidSettings(SolverSettings);
+
+/// Takes changed settings over, and says once what is wrong with them.
+pub(crate) fn check_settings(
+    given: Option<Res<SolverSettings>>,
+    mut valid: ResMut<ValidSettings>,
+    mut said: Local<String>,
+) {
+    let Some(given) = given.filter(DetectChanges::is_changed) else {
+        return;
+    };
+    valid.0 = given.valid();
+    let wrong = given.check().err().map(|error| error.to_string()).unwrap_or_default();
+    if !wrong.is_empty() && wrong != *said {
+        error!("{wrong}; the nearest valid value, or the default, is used instead");
+    }
+    *said = wrong;
+}
