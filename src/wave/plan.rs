@@ -3,10 +3,11 @@
 //! The number of dispatches depends on levels, colours and sweeps, never on the number of entities.
 
 use super::{
-    arena::Upload,
+    arena::Pool,
     pack::PackedGraph,
     solver::{ColdStart, SolverSettings},
 };
+use crate::arena::Upload;
 use bytemuck::{Pod, Zeroable};
 use std::{ops::Range, sync::Arc};
 
@@ -140,8 +141,8 @@ impl Step {
 #[derive(Debug, Default)]
 pub(crate) struct Frame {
     /// Bytes that the shared buffers must have.
-    pub(crate) capacities: [u64; 5],
-    pub(crate) uploads: Vec<Upload>,
+    pub(crate) capacities: Vec<u64>,
+    pub(crate) uploads: Vec<Upload<Pool>>,
     /// (record, level, first node, end node).
     pub(crate) items: Vec<[u32; 4]>,
     pub(crate) steps: Vec<Step>,

@@ -8,7 +8,7 @@ use super::{
     patterns::Outbox,
     plan::{Frame, Pass, Step, StepUniform},
 };
-use crate::error::PatternError;
+use crate::{arena::Pool as _, error::PatternError};
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
     core_pipeline::schedule::camera_driver,
@@ -309,8 +309,8 @@ fn prepare(
     let Some(gpu) = gpu else { return };
     let large = gpu
         .iter()
-        .zip(last.capacities)
-        .all(|(buffer, needed)| buffer.buffer.size() >= needed);
+        .zip(&last.capacities)
+        .all(|(buffer, &needed)| buffer.buffer.size() >= needed);
     let solves = pending.0.iter().any(|frame| !frame.steps.is_empty());
     if !large || (solves && !compiled) {
         return;
