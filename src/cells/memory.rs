@@ -98,7 +98,7 @@ impl CellMemory {
             return Err(PatternError::SampleLists { what, found, expected });
         }
         fit(&mut self.values, elements(found, 1)?, Pool::Sites, arena)?;
-        let colors: Vec<Vec4> = values.iter().map(LinearRgba::to_vec4).collect();
+        let colors: Vec<Vec4> = values.iter().map(|color| color.to_vec4()).collect();
         self.record.flags |= FLAG_VALUES;
         self.record.value_base = self.values.start;
         self.record.mean_value = (colors.iter().sum::<Vec4>() / found.max(1) as f32).to_array();

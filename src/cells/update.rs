@@ -131,7 +131,7 @@ fn update(item: &mut CelledItem, tools: &mut Tools, lost: bool) -> Result<bool, 
             _ => Ok(true),
         };
     }
-    let changed = Changed {
+    let changed = Stale {
         set: set_changed,
         values: values_changed,
     };
@@ -157,7 +157,7 @@ fn update(item: &mut CelledItem, tools: &mut Tools, lost: bool) -> Result<bool, 
 
 /// What must be written anew.
 #[derive(Debug, Clone, Copy)]
-struct Changed {
+struct Stale {
     set: bool,
     values: bool,
 }
@@ -166,7 +166,7 @@ struct Changed {
 fn write(
     memory: &mut CellMemory,
     item: &CelledItem,
-    changed: Changed,
+    changed: Stale,
     ground: &PatternMesh,
     tools: &mut Tools,
 ) -> Result<(), PatternError> {
