@@ -109,4 +109,27 @@ pub enum PatternError {
     /// The work was stopped by its owner.
     #[error("the sampling was cancelled")]
     Cancelled,
+    /// A list of a sample set or of its values has the wrong length.
+    #[error("{found} {what} were given, but {expected} are needed; a set is drawn on the mesh that it was sampled from")]
+    SampleLists {
+        /// What the list holds: "normals", "seeds of triangles".
+        what: &'static str,
+        /// Length of the list.
+        found: usize,
+        /// Length needed.
+        expected: usize,
+    },
+    /// An index of a sample set points behind the last sample.
+    #[error("{what} {index} is out of range: the set has {samples} samples")]
+    SampleIndex {
+        /// What the index is: "neighbour", "seed".
+        what: &'static str,
+        /// The offending index.
+        index: u32,
+        /// Number of samples.
+        samples: usize,
+    },
+    /// The entity carries a field and samples, but can be drawn with one pattern only.
+    #[error("the entity has a DirectionField and a SampleSet; draw waves and cells on two entities with the same mesh")]
+    TwoPatterns,
 }

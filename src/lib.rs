@@ -27,7 +27,9 @@
 //! | [`surface`] | a mesh | a graph of welded vertices, its colours and its hierarchy |
 //! | [`field`] | the graph and the user's components | a direction d and a frequency f per vertex |
 //! | [`wave`] | graph, d, f | a phasor z per vertex, whose phase Φ grows along d by 2πf per unit length |
-//! | [`material`] | z and a style | pixels |
+//! | [`sampling`] | a metric per point | samples, their ellipses and neighbours |
+//! | [`cells`] | a sample set | the same on the GPU |
+//! | [`material`] | z or cells, and a style | pixels |
 //!
 //! # Words
 //!
@@ -48,6 +50,8 @@
 
 use bevy::app::{PluginGroup, PluginGroupBuilder};
 
+mod arena;
+pub mod cells;
 pub mod diagnostics;
 pub mod error;
 pub mod field;
@@ -63,18 +67,21 @@ pub mod prelude {
     #[doc(no_inline)]
     pub use crate::{
         FieldPatternsPlugin,
+        cells::{CellState, SampleValues, planar_mesh},
         error::PatternError,
         field::{DirectionField, FieldTurn, Frequency, PatternSpace, Principal, Symmetry},
         material::{
-            DebugStyle, Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial,
-            Stripes,
+            BorderWidth, CellDebug, CellFill, CellMaterial, CellMaterial2d, CellShape, CellTexture, Cells, DebugStyle,
+            Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes,
+            TileChoice,
         },
+        sampling::SampleSet,
         scene::{PatternScene, PatternScenePart},
         wave::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings},
     };
 }
 
-/// Everything: waves, the materials that draw them, and scenes of patterned meshes.
+/// Everything: waves, cells, the materials that draw them, and scenes of patterned meshes.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct FieldPatternsPlugin;
 
@@ -83,6 +90,8 @@ impl PluginGroup for FieldPatternsPlugin {
         PluginGroupBuilder::start::<Self>()
             .add(wave::WavePlugin)
             .add(material::StripeMaterialPlugin)
+            .add(cells::CellPlugin)
+            .add(material::CellMaterialPlugin)
             .add(diagnostics::PatternDiagnosticsPlugin)
             .add(scene::PatternScenePlugin)
     }

@@ -1,15 +1,25 @@
 //! What the fragment shader draws.
 //!
-//! In: the shared buffers of [`layout`](crate::wave::layout), found through an entity's `MeshTag`, and a style. Out: pixels.
+//! In: the shared buffers of waves ([`layout`](crate::wave::layout)) or cells ([`layout`](crate::cells::layout)), found
+//! through an entity's `MeshTag`, and a style. Out: pixels.
+//! `cells.wgsl` finds the cell under a fragment, `cell_style.wgsl` and `cell_paint.wgsl` make a colour of it.
 //! `wave.wgsl` evaluates the wave under a fragment (Eq. 13 and 14 of Lichtenberg et al. 2018), `coverage.wgsl` filters a
 //! periodic profile over the pixel, and a material's own shader makes colours of it. The vertex shaders derive the triangle
 //! and the corner from the vertex index, so the mesh drawn must have no indices.
 
+mod cell_options;
+mod cells;
+mod cells_2d;
+mod cells_plugin;
 pub mod coverage;
 mod focus;
 mod focus_source;
 mod stripes;
 
+pub use cell_options::*;
+pub use cells::{CellMaterial, Cells, CellsKey};
+pub use cells_2d::CellMaterial2d;
+pub use cells_plugin::CellMaterialPlugin;
 pub use focus::*;
 pub use focus_source::FocusSource;
 pub use stripes::*;
@@ -95,13 +105,14 @@ impl Plugin for PatternShaderPlugin {
         load_shader_library!(app, "wave.wgsl");
         load_shader_library!(app, "coverage.wgsl");
         load_shader_library!(app, "pattern_corner.wgsl");
+        load_shader_library!(app, "bump.wgsl");
         embedded_asset!(app, "pattern_vertex.wgsl");
         embedded_asset!(app, "pattern_prepass_vertex.wgsl");
     }
 }
 
-/// The vertex shader of pattern materials, for `vertex_shader()`: Bevy's own, plus (tag, triangle) at location 10 and two
-/// barycentrics at location 11.
+/// The vertex shader of pattern materials, for `vertex_shader()`: Bevy's own, plus (tag, triangle) at location 10, two
+/// barycentrics at location 11, and the position before skin and morph targets at location 12.
 pub fn pattern_vertex_shader() -> ShaderRef {
     embedded("pattern_vertex.wgsl")
 }
@@ -116,7 +127,7 @@ fn embedded(file: &str) -> ShaderRef {
 }
 
 /// Marks all materials as modified in the two frames after a buffer was replaced.
-fn touch_materials<M: Material>(
+fn touch_materials<M: Asset>(
     generation: Res<BufferGeneration>,
     mut seen: Local<u32>,
     mut frames: Local<u32>,

@@ -1,5 +1,6 @@
 // The vertex shader of pattern materials in shadow maps, prepasses and the deferred pass: the steps of Bevy's
-// `prepass.wgsl`, plus the corner of the triangle. `Varyings` is `bevy_pbr::prepass_io::VertexOutput` and two more.
+// `prepass.wgsl`, plus the corner of the triangle and the
+// position at rest. `Varyings` is `bevy_pbr::prepass_io::VertexOutput` and three more.
 
 #import bevy_pbr::{
     mesh_bindings::mesh,
@@ -43,6 +44,7 @@ struct Varyings {
 #endif
     @location(10) @interpolate(flat) pattern: vec2<u32>,
     @location(11) barycentrics: vec2<f32>,
+    @location(12) rest: vec3<f32>,
 }
 
 #ifdef MORPH_TARGETS
@@ -164,5 +166,7 @@ fn vertex(
     let corner = pattern_corner(instance, vertex_index);
     out.pattern = corner.pattern;
     out.barycentrics = corner.barycentrics;
+    // Before skin and morph targets.
+    out.rest = vertex_in.position;
     return out;
 }

@@ -1,5 +1,6 @@
-// The vertex shader of pattern materials: the steps of Bevy's `mesh.wgsl`, plus the corner of the triangle.
-// `Varyings` is `bevy_pbr::forward_io::VertexOutput` with the same locations, and two more from 10 on, so that fragment
+// The vertex shader of pattern materials: the steps of Bevy's `mesh.wgsl`, plus the corner of the triangle and the
+// position at rest.
+// `Varyings` is `bevy_pbr::forward_io::VertexOutput` with the same locations, and three more from 10 on, so that fragment
 // shaders take Bevy's struct and ours as separate parameters.
 
 #import bevy_pbr::{
@@ -36,6 +37,7 @@ struct Varyings {
 #endif
     @location(10) @interpolate(flat) pattern: vec2<u32>,
     @location(11) barycentrics: vec2<f32>,
+    @location(12) rest: vec3<f32>,
 }
 
 #ifdef MORPH_TARGETS
@@ -119,5 +121,9 @@ fn vertex(
     let corner = pattern_corner(instance, vertex_index);
     out.pattern = corner.pattern;
     out.barycentrics = corner.barycentrics;
+#ifdef VERTEX_POSITIONS
+    // Before skin and morph targets.
+    out.rest = vertex_in.position;
+#endif
     return out;
 }

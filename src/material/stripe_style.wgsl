@@ -165,18 +165,3 @@ fn is_hole(stripe: Stripe, frag_coord: vec4<f32>, cutoff: f32) -> bool {
     let threshold = mix(cutoff, clamp(noise, 0.01, 0.99), smoothstep(0.25, 0.75, stripe.periods));
     return stripe.solid < threshold;
 }
-
-// The normal of a surface raised by a height (Mikkelsen 2010), from derivatives along the screen.
-fn bumped_normal(
-    normal: vec3<f32>,
-    position_dx: vec3<f32>,
-    position_dy: vec3<f32>,
-    height_slope: vec2<f32>,
-) -> vec3<f32> {
-    let r1 = cross(position_dy, normal);
-    let r2 = cross(normal, position_dx);
-    let area = dot(position_dx, r1);
-    let tilt = sign(area) * (height_slope.x * r1 + height_slope.y * r2);
-    let bent = abs(area) * normal - tilt;
-    return select(normal, normalize(bent), dot(bent, bent) > 0.0);
-}

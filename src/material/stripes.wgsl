@@ -8,10 +8,11 @@
     pbr_fragment::pbr_input_from_standard_material,
     decal::clustered::apply_decals,
 }
+#import bevy_field_patterns::bump::bumped_normal
 #import bevy_field_patterns::triangle_wave::Wave
 #import bevy_field_patterns::wave::{PatternPoint, pattern_point, sample_wave}
 #import bevy_field_patterns::stripe_style::{
-    Stripe, stripes, stripe_at, is_hole, bumped_normal, limited, FOCUS_COLOR, TAU,
+    Stripe, stripes, stripe_at, is_hole, limited, FOCUS_COLOR, TAU,
 }
 
 #ifdef PREPASS_PIPELINE

@@ -10,8 +10,9 @@
     pbr_types,
     prepass_io::{VertexOutput, FragmentOutput},
 }
+#import bevy_field_patterns::bump::bumped_normal
 #import bevy_field_patterns::wave::{PatternPoint, pattern_point, sample_wave}
-#import bevy_field_patterns::stripe_style::{Stripe, stripes, stripe_at, is_hole, bumped_normal, limited, FOCUS_COLOR}
+#import bevy_field_patterns::stripe_style::{Stripe, stripes, stripe_at, is_hole, limited, FOCUS_COLOR}
 
 @group(0) @binding(1) var<uniform> globals: Globals;
 

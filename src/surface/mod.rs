@@ -20,6 +20,7 @@ mod geometry;
 mod graph;
 mod levels;
 mod order;
+mod plugin;
 mod soup;
 mod weld;
 
@@ -27,5 +28,7 @@ pub use asset::*;
 pub use cache::{PatternWeld, Surface, SurfaceCache, SurfaceState};
 pub(crate) use cache::{finish_surfaces, start_surfaces, watch_meshes};
 pub use graph::*;
+pub(crate) use plugin::SurfacePlugin;
+pub use plugin::{PatternMesh, SurfaceSystems};
 pub use soup::*;
 pub use weld::*;

@@ -26,7 +26,8 @@ mod shaders;
 pub mod solver;
 mod state;
 
-pub use arena::{PatternArena, PatternMemory};
+pub use crate::{arena::PatternMemory, surface::PatternMesh};
+pub use arena::PatternArena;
 pub use patterns::Pattern;
 pub use quality::{Quality, quality};
 pub use render::SolverCounters;
@@ -35,10 +36,11 @@ pub use solver::SolverSettings;
 pub use state::*;
 
 use crate::{
+    arena::{create_buffers, grow_buffers},
     field::{DirectionField, Frequency},
-    surface::{PatternWeld, SurfaceCache, SurfaceGraph, finish_surfaces, start_surfaces, watch_meshes},
+    surface::{SurfacePlugin, SurfaceSystems},
 };
-use bevy::{asset::AssetEventSystems, prelude::*, render::storage::ShaderBuffer};
+use bevy::{prelude::*, render::storage::ShaderBuffer};
 
 /// Solves waves for all entities with a [`DirectionField`].
 #[derive(Debug, Default, Clone, Copy)]
@@ -53,10 +55,10 @@ impl Plugin for WavePlugin {
         if !app.is_plugin_added::<WaveShaderPlugin>() {
             app.add_plugins(WaveShaderPlugin);
         }
-        app.init_asset::<SurfaceGraph>()
-            .init_resource::<SurfaceCache>()
-            .init_resource::<PatternWeld>()
-            .init_resource::<PatternArena>()
+        if !app.is_plugin_added::<SurfacePlugin>() {
+            app.add_plugins(SurfacePlugin);
+        }
+        app.init_resource::<PatternArena>()
             .init_resource::<patterns::PackedGraphs>()
             .init_resource::<patterns::Outbox>()
             .init_resource::<SolverSettings>()
@@ -64,7 +66,6 @@ impl Plugin for WavePlugin {
             .init_resource::<crate::diagnostics::QualityReport>()
             .init_resource::<crate::material::BufferGeneration>()
             .register_type::<PatternState>()
-            .register_type::<PatternMesh>()
             .register_type::<SolverSettings>()
             .register_required_components::<DirectionField, PatternState>()
             .register_required_components::<DirectionField, Frequency>()
@@ -72,33 +73,27 @@ impl Plugin for WavePlugin {
             .add_observer(patterns::remove_pattern);
         let update = (
             settings::check_settings,
-            finish_surfaces,
             patterns::update_patterns.run_if(patterns::renders),
             patterns::update_graphs.run_if(not(patterns::renders)),
-            arena::grow_buffers.run_if(resource_exists::<Assets<ShaderBuffer>>),
+            grow_buffers::<arena::Pool>.run_if(resource_exists::<Assets<ShaderBuffer>>),
         );
         app.configure_sets(
             PostUpdate,
-            PatternSystems
-                .after(TransformSystems::Propagate)
-                .before(AssetEventSystems)
-                .run_if(resource_exists::<Assets<Mesh>>),
+            PatternSystems.in_set(SurfaceSystems::Use),
         )
-        .add_systems(PostUpdate, update.chain().in_set(PatternSystems))
-        // When assets have told what has changed, before rendering takes the data away.
         .add_systems(
             PostUpdate,
-            (watch_meshes, patterns::request_surfaces, start_surfaces)
-                .chain()
-                .after(AssetEventSystems)
-                .run_if(resource_exists::<Assets<Mesh>>),
+            (
+                update.chain().in_set(PatternSystems),
+                patterns::request_surfaces.in_set(SurfaceSystems::Request),
+            ),
         );
         render::build(app);
     }
 
     fn finish(&self, app: &mut App) {
         if app.world().contains_resource::<Assets<ShaderBuffer>>() {
-            arena::create_buffers(app.world_mut());
+            create_buffers::<arena::Pool>(app.world_mut());
         }
     }
 }

@@ -10,13 +10,14 @@ use super::{
     plan::{Frame, Member, Work, plan},
     render::GpuStatus,
     settings::{ColdStart, ValidSettings},
-    state::{NeedsVector, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern},
+    state::{NeedsVector, PatternFailed, PatternReady, PatternState, RestartPattern},
 };
 use crate::{
+    arena::Pool as _,
     diagnostics::QualityReport,
     error::PatternError,
     field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry, directions, frequencies, project_tangent},
-    surface::{Surface, SurfaceCache, SurfaceGraph, SurfaceState},
+    surface::{PatternMesh, Surface, SurfaceCache, SurfaceGraph, SurfaceState},
 };
 use bevy::{
     ecs::{lifecycle::HookContext, query::QueryData, system::SystemParam, world::DeferredWorld},
@@ -261,7 +262,7 @@ pub(crate) fn update_patterns(
     }
     outbox.0.generation = device;
     outbox.0.uploads.extend(tools.arena.take_uploads());
-    outbox.0.capacities = Pool::ALL.map(|pool| tools.arena.capacity(pool));
+    outbox.0.capacities = Pool::ALL.iter().map(|&pool| tools.arena.capacity(pool)).collect();
     for entity in ready {
         tools.commands.trigger(PatternReady { entity });
     }

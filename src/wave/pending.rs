@@ -65,8 +65,8 @@ impl Pending {
     }
 
     /// Bytes that the shared buffers must have, if anything waits.
-    pub(super) fn capacities(&self) -> Option<[u64; 5]> {
-        self.0.last().map(|frame| frame.capacities)
+    pub(super) fn capacities(&self) -> Option<&[u64]> {
+        self.0.last().map(|frame| frame.capacities.as_slice())
     }
 
     pub(super) fn has_steps(&self) -> bool {

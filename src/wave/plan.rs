@@ -3,10 +3,11 @@
 //! The number of dispatches depends on levels, colours and sweeps, never on the number of entities.
 
 use super::{
-    arena::Upload,
+    arena::Pool,
     pack::PackedGraph,
     settings::{ColdStart, SolverSettings},
 };
+use crate::arena::Upload;
 use bytemuck::{Pod, Zeroable};
 use std::{ops::Range, sync::Arc};
 
@@ -146,8 +147,8 @@ pub(crate) struct Frame {
     /// The generation of the device that it was made for.
     pub(crate) generation: u32,
     /// Bytes that the shared buffers must have.
-    pub(crate) capacities: [u64; 5],
-    pub(crate) uploads: Vec<Upload>,
+    pub(crate) capacities: Vec<u64>,
+    pub(crate) uploads: Vec<Upload<Pool>>,
     /// (record, level, first node, end node).
     pub(crate) items: Vec<[u32; 4]>,
     pub(crate) steps: Vec<Step>,

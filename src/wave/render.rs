@@ -9,7 +9,7 @@ use super::{
     pending::{Merged, Pending},
     plan::{Pass, StepUniform},
 };
-use crate::error::PatternError;
+use crate::{arena::Pool as _, error::PatternError};
 use bevy::{
     asset::{embedded_asset, load_embedded_asset},
     core_pipeline::schedule::camera_driver,
@@ -309,7 +309,7 @@ fn prepare(
     status.0.ready.store(compiled, Relaxed);
     let Some(needed) = pending.capacities() else { return };
     let Some(gpu) = shared_buffers(&buffers) else { return };
-    let large = gpu.iter().zip(needed).all(|(buffer, needed)| buffer.size() >= needed);
+    let large = gpu.iter().zip(needed).all(|(buffer, &needed)| buffer.size() >= needed);
     if !large || (pending.has_steps() && !compiled) {
         return;
     }

@@ -45,22 +45,6 @@ pub struct RestartPattern {
     pub entity: Entity,
 }
 
-/// The meshes of an entity with a pattern.
-///
-/// A pattern is drawn on an un-indexed copy of the mesh, which the plugin puts into the entity's `Mesh3d`. Here is the
-/// mesh it was made from: use it for picking, physics and changes of the shape. Setting `Mesh3d` again gives the entity
-/// a new mesh; removing its [`DirectionField`](crate::field::DirectionField) gives it back the original.
-#[derive(Component, Reflect, Debug, Clone, PartialEq)]
-#[reflect(Component)]
-pub struct PatternMesh {
-    /// The user's mesh.
-    pub source: Handle<Mesh>,
-    /// The copy that is drawn.
-    pub drawn: Handle<Mesh>,
-    /// The graph of the mesh.
-    pub graph: Handle<crate::surface::SurfaceGraph>,
-}
-
 /// What of an entity's style means nothing on a line field; the material sets it, and such a pattern fails with
 /// [`PatternError::NeedsVectorSymmetry`]. Materials of your own may set it as well.
 #[derive(Component, Debug, Clone, Copy, PartialEq, Eq)]
