@@ -7,9 +7,14 @@
 //! 1/√λ, is one sample; samples that touch are 2 apart. On a surface M has the eigenvalue √(λ₁λ₂) along the normal.
 
 mod options;
+pub mod planar;
 mod progress;
+mod quality;
 mod set;
+mod spectrum;
 
 pub use options::*;
 pub use progress::Progress;
+pub use quality::SampleQuality;
 pub use set::*;
+pub use spectrum::{PowerSpectrum, power_spectrum};
