@@ -8,11 +8,16 @@
 
 pub mod metric;
 mod options;
+pub mod planar;
 mod progress;
+mod quality;
 mod set;
 mod source;
+mod spectrum;
 
 pub use options::*;
 pub use progress::Progress;
+pub use quality::SampleQuality;
 pub use set::*;
 pub use source::*;
+pub use spectrum::{PowerSpectrum, power_spectrum};

@@ -19,3 +19,15 @@ impl Default for Density {
         Self::Count(1000)
     }
 }
+
+/// What sampling took, in milliseconds of wall time.
+#[derive(Reflect, Debug, Clone, Copy, Default, PartialEq)]
+#[reflect(Default, Clone, PartialEq)]
+pub struct SamplingTimes {
+    /// Until the first set of samples, before relaxation.
+    pub initial: f32,
+    /// One relaxation step, on average.
+    pub per_step: f32,
+    /// Everything.
+    pub total: f32,
+}

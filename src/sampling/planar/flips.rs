@@ -1,0 +1,116 @@
+//! Edge flips by the summed metric: what makes a triangulation the dual of the anisotropic cells.
+//!
+//! In: a triangulation whose vertices have metrics. Out: one without violated edges. An edge between b and c with the
+//! opposite corners a and d is violated where the angles at a and d sum to more than π, both measured in
+//! M = M_a + M_b + M_c + M_d. One metric for both diagonals: so an edge cannot flip to and fro. (Eq. 2, with M for its
+//! inverse.)
+
+use super::{
+    metric::{det, dot},
+    triangulation::{Side, Triangulation, Vertex},
+};
+
+/// Flips after which the star of an inserted vertex is left as it is.
+const STAR_CAP: usize = 256;
+/// Flips per triangle after which a triangulation is left as it is. The theorem that flips end holds for one metric only.
+const CAP: usize = 20;
+/// By how much the angles must be violated, relative to the trace of the metric.
+const EPSILON: f64 = 1e-9;
+
+/// α + β > π without trigonometry: ⟨v,w⟩ G' + ⟨v',w'⟩ G < 0 with G = |v × w|; and the flip leaves no triangle turned over.
+#[inline]
+fn violated(a: &Vertex, b: &Vertex, c: &Vertex, d: &Vertex) -> bool {
+    let m = (a.m + b.m) + (c.m + d.m);
+    let (v, w) = (b.p - a.p, c.p - a.p);
+    let (v1, w1) = (c.p - d.p, b.p - d.p);
+    let (g, g1) = (v.perp_dot(w), v1.perp_dot(w1));
+    dot(&m, v, w) * g1 + dot(&m, v1, w1) * g < -EPSILON * (m.m00 + m.m11) * g * g1 && convex(a, b, c, d)
+}
+
+/// Whether both triangles have an area after the flip of b-c to a-d.
+#[inline]
+pub(super) fn convex(a: &Vertex, b: &Vertex, c: &Vertex, d: &Vertex) -> bool {
+    let diagonal = d.p - a.p;
+    (b.p - a.p).perp_dot(diagonal) > 0.0 && diagonal.perp_dot(c.p - a.p) > 0.0
+}
+
+impl Triangulation {
+    /// Whether `side` is no border and violated.
+    #[inline]
+    pub(super) fn is_violated(&self, side: Side) -> bool {
+        let beyond = self.triangles[side.triangle()].n[side.k()];
+        if beyond == Side::NONE {
+            return false;
+        }
+        let [a, b, c, d] = self.quad(side, beyond).map(|v| &self.vertices[v as usize]);
+        violated(a, b, c, d)
+    }
+
+    /// The corners a, b, c of a triangle from that opposite to `side`, and d beyond it.
+    #[inline]
+    pub(super) fn quad(&self, side: Side, beyond: Side) -> [u32; 4] {
+        use super::triangulation::{next, previous};
+        let v = self.triangles[side.triangle()].v;
+        let d = self.triangles[beyond.triangle()].v[beyond.k()];
+        [v[side.k()], v[next(side.k())], v[previous(side.k())], d]
+    }
+
+    /// Flips the sides opposite to a new vertex (corner 0 of all triangles of its star) until none is violated. Calls
+    /// `done` with each triangle of the final star and the square of its metric area.
+    #[inline]
+    pub(super) fn settle_star(&mut self, star: &[u32], mut done: impl FnMut(u32, f64)) {
+        let mut stack = std::mem::take(&mut self.stack);
+        stack.extend(star.iter().map(|&t| Side::new(t, 0)));
+        let mut flips = 0;
+        while let Some(side) = stack.pop() {
+            let [a, b, c] = self.corners(side.triangle());
+            let beyond = self.triangles[side.triangle()].n[0];
+            if beyond != Side::NONE && flips < STAR_CAP {
+                let d = self.vertices[self.triangles[beyond.triangle()].v[beyond.k()] as usize];
+                if violated(&a, &b, &c, &d) {
+                    let other = self.flip(side);
+                    flips += 1;
+                    stack.push(side);
+                    stack.push(Side::new(other, 0));
+                    continue;
+                }
+            }
+            let double_area = (b.p - a.p).perp_dot(c.p - a.p);
+            let area_squared = double_area * double_area * det(&(a.m + b.m + c.m)) / 36.0;
+            done(side.triangle() as u32, area_squared);
+        }
+        self.stack = stack;
+    }
+
+    /// Flips all violated edges. Returns the number of flips.
+    pub(super) fn flip_violated(&mut self) -> usize {
+        let cap = CAP * self.triangles.len();
+        let mut flips = 0;
+        let mut stack = std::mem::take(&mut self.stack);
+        for t in 0..self.triangles.len() {
+            for k in 0..3 {
+                let beyond = self.triangles[t].n[k];
+                // Each edge once.
+                if beyond == Side::NONE || beyond.triangle() < t {
+                    continue;
+                }
+                stack.push(Side::new(t as u32, k));
+                while let Some(side) = stack.pop() {
+                    if flips < cap && self.is_violated(side) {
+                        let (t, u) = (side.triangle() as u32, self.flip(side));
+                        flips += 1;
+                        stack.extend([Side::new(t, 0), Side::new(t, 2), Side::new(u, 0), Side::new(u, 1)]);
+                    }
+                }
+            }
+        }
+        self.stack = stack;
+        flips
+    }
+
+    /// Number of edges that are still violated.
+    pub(super) fn violated_edges(&self) -> usize {
+        let sides = (0..self.triangles.len() as u32).flat_map(|t| (0..3).map(move |k| Side::new(t, k)));
+        sides.filter(|&side| self.is_violated(side)).count() / 2
+    }
+}
