@@ -8,8 +8,11 @@
 
 mod options;
 mod progress;
+mod quality;
 mod set;
+pub mod surface;
 
 pub use options::*;
 pub use progress::Progress;
+pub use quality::SampleQuality;
 pub use set::*;

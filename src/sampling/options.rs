@@ -19,3 +19,15 @@ impl Default for Density {
         Self::Count(1000)
     }
 }
+
+/// How long a sampler took, in milliseconds.
+#[derive(Reflect, Debug, Clone, Copy, Default, PartialEq)]
+#[reflect(Default, Clone, PartialEq)]
+pub struct SamplingTimes {
+    /// From the call to the first complete set.
+    pub initial: f32,
+    /// The mean of one relaxation step; 0 where there was none.
+    pub per_step: f32,
+    /// The whole call.
+    pub total: f32,
+}

@@ -16,10 +16,10 @@ mod adjacency;
 mod asset;
 mod cache;
 mod coloring;
-mod geometry;
+pub(crate) mod geometry;
 mod graph;
 mod levels;
-mod order;
+pub(crate) mod order;
 mod soup;
 mod weld;
 
