@@ -85,10 +85,12 @@ impl<P: Pool> Default for Arena<P> {
 impl<P: Pool> Arena<P> {
     /// Bytes used and allocated on the GPU, of all buffers together.
     pub fn memory(&self) -> PatternMemory {
-        P::ALL.iter().fold(PatternMemory::default(), |sum, &pool| PatternMemory {
-            used: sum.used + self.spaces[pool.index()].used * pool.element(),
-            allocated: sum.allocated + self.capacity(pool),
-        })
+        P::ALL
+            .iter()
+            .fold(PatternMemory::default(), |sum, &pool| PatternMemory {
+                used: sum.used + self.spaces[pool.index()].used * pool.element(),
+                allocated: sum.allocated + self.capacity(pool),
+            })
     }
 
     /// Bytes of a shared buffer.

@@ -110,7 +110,9 @@ pub enum PatternError {
     #[error("the sampling was cancelled")]
     Cancelled,
     /// A list of a sample set or of its values has the wrong length.
-    #[error("{found} {what} were given, but {expected} are needed; a set is drawn on the mesh that it was sampled from")]
+    #[error(
+        "{found} {what} were given, but {expected} are needed; a set is drawn on the mesh that it was sampled from"
+    )]
     SampleLists {
         /// What the list holds: "normals", "seeds of triangles".
         what: &'static str,

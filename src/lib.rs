@@ -75,13 +75,16 @@ pub mod prelude {
             Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes,
             TileChoice,
         },
-        sampling::SampleSet,
+        sampling::{
+            AnisotropicSamples, Density, Importance, Metric, MetricSource, SampleSet, SamplesFailed, SamplesReady,
+            SamplingState, SpaceFunction, planar::PlanarDomain, surface::SurfaceMethod,
+        },
         scene::{PatternScene, PatternScenePart},
         wave::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings},
     };
 }
 
-/// Everything: waves, cells, the materials that draw them, and scenes of patterned meshes.
+/// Everything: waves, samples and cells, the materials that draw them, and scenes of patterned meshes.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct FieldPatternsPlugin;
 
@@ -90,6 +93,7 @@ impl PluginGroup for FieldPatternsPlugin {
         PluginGroupBuilder::start::<Self>()
             .add(wave::WavePlugin)
             .add(material::StripeMaterialPlugin)
+            .add(sampling::SamplingPlugin)
             .add(cells::CellPlugin)
             .add(material::CellMaterialPlugin)
             .add(diagnostics::PatternDiagnosticsPlugin)

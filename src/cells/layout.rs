@@ -118,7 +118,9 @@ impl Site {
     /// alike. A round sample has its first axis along x.
     pub fn new(position: Vec3, normal: Vec3, metric: SymmetricMat3) -> Self {
         let towards = if normal.x.abs() < 0.9 { Vec3::X } else { Vec3::Y };
-        let s = towards.reject_from_normalized(normal).normalize_or(normal.any_orthonormal_vector());
+        let s = towards
+            .reject_from_normalized(normal)
+            .normalize_or(normal.any_orthonormal_vector());
         let t = normal.cross(s);
         let (ms, mt) = (metric * s, metric * t);
         let (a, b, c) = (s.dot(ms), s.dot(mt), t.dot(mt));

@@ -60,7 +60,12 @@ impl CellMemory {
         lists.resize(set.len() + 1, 0);
         lists.extend_from_slice(&set.neighbors);
         lists.extend_from_slice(set.seeds.as_flattened());
-        fit(&mut self.sites, elements(sites.len(), SITE_ELEMENTS)?, Pool::Sites, arena)?;
+        fit(
+            &mut self.sites,
+            elements(sites.len(), SITE_ELEMENTS)?,
+            Pool::Sites,
+            arena,
+        )?;
         fit(&mut self.lists, elements(lists.len(), 1)?, Pool::Cells, arena)?;
         let offset_base = self.lists.start;
         let neighbor_base = offset_base + set.len() as u32 + 1;

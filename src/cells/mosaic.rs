@@ -40,7 +40,10 @@ pub fn mesh_uvs(set: &SampleSet, mesh: &Mesh) -> Result<Vec<Vec2>, PatternError>
         }
         Err(_) => return Err(PatternError::MissingAttribute(name())),
     };
-    for (what, found) in [("triangles", set.triangles.len()), ("barycentrics", set.barycentrics.len())] {
+    for (what, found) in [
+        ("triangles", set.triangles.len()),
+        ("barycentrics", set.barycentrics.len()),
+    ] {
         if found != set.len() {
             let expected = set.len();
             return Err(PatternError::SampleLists { what, found, expected });

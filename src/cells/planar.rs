@@ -35,10 +35,14 @@ pub fn planar_mesh(set: &SampleSet) -> Mesh {
 /// Where the samples of a planar set lie in an image over the set's bounds: (0, 0) is its upper left corner.
 pub fn planar_uvs(set: &SampleSet) -> Vec<Vec2> {
     let start = (Vec2::MAX, Vec2::MIN);
-    let (low, high) = set.positions.iter().fold(start, |(low, high), p| {
-        (low.min(p.truncate()), high.max(p.truncate()))
-    });
+    let (low, high) = set
+        .positions
+        .iter()
+        .fold(start, |(low, high), p| (low.min(p.truncate()), high.max(p.truncate())));
     let size = (high - low).max(Vec2::splat(f32::MIN_POSITIVE));
     let uv = |p: &Vec3| (p.truncate() - low) / size;
-    set.positions.iter().map(|p| Vec2::new(uv(p).x, 1.0 - uv(p).y)).collect()
+    set.positions
+        .iter()
+        .map(|p| Vec2::new(uv(p).x, 1.0 - uv(p).y))
+        .collect()
 }

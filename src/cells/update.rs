@@ -266,25 +266,27 @@ fn planar_ground(item: &CelledItem, source: Handle<Mesh>, tools: &mut Tools) -> 
 /// Gives the entity its tag and the mesh that is drawn, and its memory if that is new.
 fn install(item: &CelledItem, new: Option<CellMemory>, tag: u32, ground: PatternMesh, tools: &mut Tools) {
     let (entity, planar) = (item.entity, item.mesh.is_none());
-    tools.commands.queue(move |world: &mut World| match world.get_entity_mut(entity) {
-        Ok(mut entity) if entity.contains::<SampleSet>() => {
-            let drawn = ground.drawn.clone();
-            entity.insert((MeshTag(tag), ground));
-            if planar {
-                entity.insert(Mesh2d(drawn));
-            } else {
-                entity.insert(Mesh3d(drawn));
+    tools
+        .commands
+        .queue(move |world: &mut World| match world.get_entity_mut(entity) {
+            Ok(mut entity) if entity.contains::<SampleSet>() => {
+                let drawn = ground.drawn.clone();
+                entity.insert((MeshTag(tag), ground));
+                if planar {
+                    entity.insert(Mesh2d(drawn));
+                } else {
+                    entity.insert(Mesh3d(drawn));
+                }
+                if let Some(memory) = new {
+                    entity.insert(memory);
+                }
             }
-            if let Some(memory) = new {
-                entity.insert(memory);
+            _ => {
+                if let Some(mut memory) = new {
+                    memory.free(&mut world.resource_mut::<CellArena>());
+                }
             }
-        }
-        _ => {
-            if let Some(mut memory) = new {
-                memory.free(&mut world.resource_mut::<CellArena>());
-            }
-        }
-    });
+        });
 }
 
 /// Says once why cells cannot be drawn, and draws the base material.

@@ -82,7 +82,11 @@ fn upload(mut pending: ResMut<Pending>, buffers: Res<RenderAssets<GpuShaderBuffe
     }
     let gpu: Option<Vec<&GpuShaderBuffer>> = Pool::ALL.iter().map(|pool| buffers.get(&pool.handle())).collect();
     let Some(gpu) = gpu else { return };
-    if gpu.iter().zip(capacities).all(|(buffer, needed)| buffer.buffer.size() >= *needed) {
+    if gpu
+        .iter()
+        .zip(capacities)
+        .all(|(buffer, needed)| buffer.buffer.size() >= *needed)
+    {
         for upload in uploads.drain(..) {
             queue.write_buffer(&gpu[upload.pool.index()].buffer, upload.offset, &upload.bytes);
         }

@@ -134,7 +134,10 @@ impl Cells {
             CellShape::Voronoi => None,
             CellShape::Ellipse { radius } => Some(radius.max(LEAST)),
         };
-        let by_value = self.texture.as_ref().is_some_and(|texture| texture.choice == TileChoice::Value);
+        let by_value = self
+            .texture
+            .as_ref()
+            .is_some_and(|texture| texture.choice == TileChoice::Value);
         let texture = self.texture.clone().unwrap_or_default();
         CellsUniform {
             palette,
@@ -199,7 +202,10 @@ impl CellsKey {
             (self.cutout || self.bump, "CELLS_SHAPE"),
             (self.debug, "CELLS_DEBUG"),
         ];
-        variants.into_iter().filter(|variant| variant.0).map(|variant| variant.1.into())
+        variants
+            .into_iter()
+            .filter(|variant| variant.0)
+            .map(|variant| variant.1.into())
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! In: [`Cells`] and a base colour or image. Out: uniforms, images and the two shared buffers for `cells_2d.wgsl`.
 
-use super::{Cells, cells::CellsUniform, CellsKey};
+use super::{Cells, CellsKey, cells::CellsUniform};
 use crate::cells::{
     ATTRIBUTE_TRIANGLE,
     layout::{CELL_BUFFER, SITE_BUFFER},

@@ -1,8 +1,8 @@
 //! Registers the materials of cells and their shaders.
 
 use super::{
-    CellMaterial, CellMaterial2d, CellTexture, Cells, PatternMaterialPlugin, PatternShaderPlugin, cells::mask_cell_cutouts,
-    touch_materials,
+    CellMaterial, CellMaterial2d, CellTexture, Cells, PatternMaterialPlugin, PatternShaderPlugin,
+    cells::mask_cell_cutouts, touch_materials,
 };
 use crate::cells::DrawCells;
 use bevy::{

@@ -6,16 +6,21 @@
 //! M is the metric, never its inverse: d(p, q)² = (q - p)ᵀ M (q - p). The unit ball of M, an ellipse with the semi-axes
 //! 1/√λ, is one sample; samples that touch are 2 apart. On a surface M has the eigenvalue √(λ₁λ₂) along the normal.
 
+mod image;
 pub mod metric;
 mod options;
 pub mod planar;
+mod plugin;
 mod progress;
 mod quality;
 mod set;
 mod source;
 mod spectrum;
+pub mod surface;
 
+pub use image::Pixels;
 pub use options::*;
+pub use plugin::*;
 pub use progress::Progress;
 pub use quality::SampleQuality;
 pub use set::*;

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     error::PatternError,
     sampling::metric::{on_plane, planar_ellipse},
-    surface::{PatternMesh, SurfaceCache, SurfaceGraph, SurfaceState, SurfaceSystems},
+    surface::{PatternMesh, SurfaceCache, SurfaceGraph, SurfacePlugin, SurfaceState, SurfaceSystems},
 };
 use bevy::{
     ecs::system::SystemParam,
@@ -32,10 +32,14 @@ pub struct SamplingPlugin;
 
 impl Plugin for SamplingPlugin {
     fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<SurfacePlugin>() {
+            app.add_plugins(SurfacePlugin);
+        }
         app.register_type::<SamplingState>()
             .add_observer(remove_samples)
             .add_systems(PostUpdate, request_surfaces.in_set(SurfaceSystems::Request))
-            .add_systems(PostUpdate, update_samples.after(SurfaceSystems::Update));
+            .add_message::<AssetEvent<Image>>()
+            .add_systems(PostUpdate, update_samples.in_set(SurfaceSystems::Use));
     }
 }
 
@@ -286,7 +290,9 @@ fn ground(
         return Ok(Some(Ground::Plane(domain.clone())));
     }
     let Some(mesh) = mesh else {
-        return Err(PatternError::Domain("the entity has neither a Mesh3d nor a PlanarDomain"));
+        return Err(PatternError::Domain(
+            "the entity has neither a Mesh3d nor a PlanarDomain",
+        ));
     };
     let source = match meshes {
         Some(meshes) if meshes.drawn == mesh.0 => meshes.source.id(),

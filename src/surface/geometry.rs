@@ -13,7 +13,7 @@ use bevy::{
 const CANCELED: f32 = 1e-5;
 
 /// Twice the vector area of a triangle (counter-clockwise, right-handed); `None` where it is zero but for rounding.
-pub(super) fn double_area(corners: [Vec3; 3]) -> Option<DVec3> {
+pub(crate) fn double_area(corners: [Vec3; 3]) -> Option<DVec3> {
     let [a, b, c] = corners.map(|p| p.as_dvec3());
     let (ab, ac, bc) = (b - a, c - a, c - b);
     let cross = ab.cross(ac);

@@ -10,7 +10,7 @@ const DIGIT: u32 = 11;
 const MORTON_BITS: u32 = 16;
 
 /// The indices of `keys` in ascending order of their keys; a stable radix sort, linear in the number of keys.
-pub(super) fn argsort(keys: &[u64]) -> Vec<u32> {
+pub(crate) fn argsort(keys: &[u64]) -> Vec<u32> {
     let Some(&first) = keys.first() else {
         return Vec::new();
     };
@@ -39,7 +39,7 @@ pub(super) fn argsort(keys: &[u64]) -> Vec<u32> {
 }
 
 /// Items 0..n grouped by key: `members[offsets[k]..offsets[k + 1]]` are those with `keys[item] == k`, ascending.
-pub(super) fn group(keys: &[u32], groups: usize) -> (Vec<u32>, Vec<u32>) {
+pub(crate) fn group(keys: &[u32], groups: usize) -> (Vec<u32>, Vec<u32>) {
     let mut offsets = vec![0; groups + 1];
     for &key in keys {
         offsets[key as usize] += 1;
@@ -64,7 +64,7 @@ pub(super) fn start_of_each(counts: &mut [u32]) {
 }
 
 /// The inverse of a permutation.
-pub(super) fn inverse(order: &[u32]) -> Vec<u32> {
+pub(crate) fn inverse(order: &[u32]) -> Vec<u32> {
     let mut rank = vec![0; order.len()];
     for (&item, i) in order.iter().zip(0..) {
         rank[item as usize] = i;
@@ -74,7 +74,7 @@ pub(super) fn inverse(order: &[u32]) -> Vec<u32> {
 
 /// The indices of `positions` along a Morton (Z-order) curve through their bounding cube, so that neighbours in space
 /// are neighbours in memory.
-pub(super) fn morton_order(positions: &[Vec3]) -> Vec<u32> {
+pub(crate) fn morton_order(positions: &[Vec3]) -> Vec<u32> {
     let (min, max) = positions
         .iter()
         .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), &p| {

@@ -77,17 +77,14 @@ impl Plugin for WavePlugin {
             patterns::update_graphs.run_if(not(patterns::renders)),
             grow_buffers::<arena::Pool>.run_if(resource_exists::<Assets<ShaderBuffer>>),
         );
-        app.configure_sets(
-            PostUpdate,
-            PatternSystems.in_set(SurfaceSystems::Use),
-        )
-        .add_systems(
-            PostUpdate,
-            (
-                update.chain().in_set(PatternSystems),
-                patterns::request_surfaces.in_set(SurfaceSystems::Request),
-            ),
-        );
+        app.configure_sets(PostUpdate, PatternSystems.in_set(SurfaceSystems::Use))
+            .add_systems(
+                PostUpdate,
+                (
+                    update.chain().in_set(PatternSystems),
+                    patterns::request_surfaces.in_set(SurfaceSystems::Request),
+                ),
+            );
         render::build(app);
     }
 

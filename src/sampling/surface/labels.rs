@@ -1,0 +1,131 @@
+//! Labels: the sample that each vertex of the mesh belongs to.
+//!
+//! In: sites and labels that may be out of date. Out: labels that no exchange with a neighbour improves. A vertex knows only
+//! its neighbours' labels, so cells stay connected over the surface and the sheets of a thin part do not mix.
+
+use super::{
+    mesh::{FineMesh, NONE},
+    walk::Site,
+};
+use crate::parallel;
+
+/// Exchanges labels until nothing changes, at most `sweeps` times: each vertex takes the best label among its own and its
+/// neighbours'. A sweep reads the labels of the one before, so that its result does not depend on the order.
+pub(super) fn exchange(mesh: &FineMesh, sites: &[Site], labels: &mut Vec<u32>, sweeps: usize) {
+    let next: Vec<u32> = parallel::collect(mesh.len(), |v| best_label(mesh, sites, labels, v));
+    let mut changed: Vec<u32> = (0..mesh.len())
+        .filter(|&v| next[v] != labels[v])
+        .map(|v| v as u32)
+        .collect();
+    *labels = next;
+    let mut seen = vec![0_u32; mesh.len()];
+    let mut around = Vec::new();
+    for sweep in 1..sweeps {
+        if changed.is_empty() {
+            break;
+        }
+        around.clear();
+        for &w in changed.iter().flat_map(|&v| mesh.neighbors(v as usize)) {
+            if std::mem::replace(&mut seen[w as usize], sweep as u32) != sweep as u32 {
+                around.push(w);
+            }
+        }
+        let next: Vec<u32> = parallel::collect(around.len(), |k| best_label(mesh, sites, labels, around[k] as usize));
+        changed.clear();
+        for (&v, &label) in around.iter().zip(&next) {
+            if std::mem::replace(&mut labels[v as usize], label) != label {
+                changed.push(v);
+            }
+        }
+    }
+}
+
+/// The label of the nearest site among those of a vertex and its neighbours; its own where they are equally near.
+#[inline]
+fn best_label(mesh: &FineMesh, sites: &[Site], labels: &[u32], vertex: usize) -> u32 {
+    let (own, point) = (labels[vertex], mesh.positions[vertex]);
+    let square = |label: u32| match sites.get(label as usize) {
+        Some(site) => site.square(point),
+        None => f32::INFINITY,
+    };
+    let (mut best, mut least) = (own, None);
+    for &neighbor in mesh.neighbors(vertex) {
+        let label = labels[neighbor as usize];
+        if label == best || label == own || label == NONE {
+            continue;
+        }
+        let bound = *least.get_or_insert_with(|| square(own));
+        let found = square(label);
+        if found < bound {
+            (best, least) = (label, Some(found));
+        }
+    }
+    best
+}
+
+/// Gives every site its vertex, so that no cell is lost while labels are exchanged. Of two sites at one vertex the first
+/// has it; the other one takes another corner of its triangle.
+pub(super) fn claim(mesh: &FineMesh, sites: &[Site], labels: &mut [u32]) {
+    let mut taken = vec![false; mesh.len()];
+    for (i, site) in sites.iter().enumerate() {
+        let corners = mesh.triangles[site.triangle as usize];
+        let free = std::iter::once(site.vertex)
+            .chain(corners)
+            .find(|&v| !taken[v as usize]);
+        if let Some(vertex) = free {
+            taken[vertex as usize] = true;
+            labels[vertex as usize] = i as u32;
+        }
+    }
+}
+
+/// Moves sites that own no vertex to the vertices farthest from their sites, until every site owns one. Returns how many
+/// were moved.
+pub(super) fn rescue(mesh: &FineMesh, sites: &mut [Site], labels: &mut Vec<u32>) -> usize {
+    const ROUNDS: usize = 32;
+    let mut moved = 0;
+    for _ in 0..ROUNDS {
+        let empty = empty_cells(sites.len(), labels);
+        if empty.is_empty() {
+            break;
+        }
+        moved += empty.len();
+        let mut farthest: Vec<(f32, u32)> = labels
+            .iter()
+            .enumerate()
+            .filter(|&(v, &label)| label != NONE && sites[label as usize].vertex != v as u32)
+            .map(|(v, &label)| (sites[label as usize].square(mesh.positions[v]), v as u32))
+            .collect();
+        farthest.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        // One new site per cell and round, as far as there are cells enough.
+        let mut used = vec![false; sites.len()];
+        let mut places: Vec<u32> = Vec::new();
+        for spread in [true, false] {
+            for &(_, v) in &farthest {
+                let label = labels[v as usize] as usize;
+                if places.len() < empty.len() && (!spread || !std::mem::replace(&mut used[label], true)) {
+                    places.push(v);
+                }
+            }
+        }
+        places.sort_unstable();
+        places.dedup();
+        for (&i, &v) in empty.iter().zip(&places) {
+            sites[i as usize] = Site::at_vertex(mesh, v);
+            labels[v as usize] = i;
+        }
+        exchange(mesh, sites, labels, usize::MAX);
+    }
+    moved
+}
+
+/// Sites without a vertex.
+pub(super) fn empty_cells(sites: usize, labels: &[u32]) -> Vec<u32> {
+    let mut owns = vec![false; sites];
+    for &label in labels {
+        if let Some(owns) = owns.get_mut(label as usize) {
+            *owns = true;
+        }
+    }
+    (0..sites as u32).filter(|&i| !owns[i as usize]).collect()
+}
