@@ -41,12 +41,18 @@
 //! | phase Φ, phasor z | z = cis Φ; its modulus tells how sure it is |
 //! | sweep | one update of every vertex, colour class by colour class |
 //! | energy | weighted mean over the edges of 1 - cos of the phase they are off by: 0 is perfect, 1 random |
+//! | metric M | symmetric and positive definite; d² = vᵀMv; its unit ball is the ellipse of one sample |
+//! | sample, cell | a point with its metric; the region of points that are nearer to it, in its metric, than to others in theirs |
 //! | branch | a triangle around which the phase winds: a stripe begins or ends there |
 //!
 //! # Sources
 //!
 //! C. Lichtenberg, N. Smit, C. Hansen, K. Lawonn, *Real-Time Field Aligned Stripe Patterns*, Computers & Graphics, 2018,
-//! doi:10.1016/j.cag.2018.04.008. Equation numbers in this documentation are its own.
+//! doi:10.1016/j.cag.2018.04.008. Equation numbers in the documentation of fields and waves are its own.
+//!
+//! A. Kratz, D. Baum, I. Hotz, *Anisotropic Sampling of Planar and Two-Manifold Domains for Texture Generation and Glyph
+//! Distribution*, IEEE Transactions on Visualization and Computer Graphics, 2013, doi:10.1109/TVCG.2013.83. Equation numbers
+//! in the documentation of samples and cells are its own.
 
 use bevy::app::{PluginGroup, PluginGroupBuilder};
 

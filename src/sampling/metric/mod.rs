@@ -22,6 +22,7 @@ pub use tensor::*;
 pub use volume::*;
 
 use crate::error::PatternError;
+use eigen::determinant;
 use glam_matrix_extras::SymmetricMat3;
 
 /// Checks that metrics are finite and positive definite.
@@ -38,5 +39,5 @@ pub(crate) fn check_metrics(metrics: &[SymmetricMat3]) -> Result<(), PatternErro
 fn is_metric(m: &SymmetricMat3) -> bool {
     let m = m.as_symmetric_dmat3();
     let minor = m.m00 * m.m11 - m.m01 * m.m01;
-    m.is_finite() && m.m00 > 0.0 && minor > 0.0 && eigen::determinant(&m) > 0.0
+    m.is_finite() && m.m00 > 0.0 && minor > 0.0 && determinant(&m) > 0.0
 }

@@ -5,13 +5,18 @@
 
 use super::metric::{ScaledMetric, det, dot};
 use crate::error::PatternError;
-use bevy::math::{DVec2, UVec2};
+use bevy::{
+    math::{DVec2, UVec2},
+    prelude::Component,
+};
 use glam_matrix_extras::SymmetricDMat2;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation as _};
 use std::ops::Range;
 
 /// The part of the plane that is sampled. Its corners are samples wherever the count allows.
-#[derive(Debug, Clone, PartialEq)]
+///
+/// As a component it says that the entity's [`AnisotropicSamples`](crate::sampling::AnisotropicSamples) lie in the plane.
+#[derive(Component, Debug, Clone, PartialEq)]
 pub enum PlanarDomain {
     /// All points between two corners.
     Rectangle {
