@@ -213,6 +213,58 @@ fn a_gltf_file_brings_its_field() {
     assert!(directions.iter().all(|d| d.distance(expected) < 1e-5), "{directions:?}");
 }
 
+/// A cut-out needs a base with a mask, for as long as it is one.
+#[test]
+fn a_cut_out_gives_the_mask_back() {
+    let mut app = app();
+    let add = |app: &mut App, alpha_mode: AlphaMode| {
+        let base = StandardMaterial {
+            alpha_mode,
+            ..default()
+        };
+        let extension = Stripes {
+            cutout: true,
+            ..default()
+        };
+        app.world_mut()
+            .resource_mut::<Assets<StripeMaterial>>()
+            .add(StripeMaterial { base, extension })
+    };
+    let modes = [
+        AlphaMode::Opaque,
+        AlphaMode::Mask(0.5),
+        AlphaMode::Blend,
+        AlphaMode::Opaque,
+    ];
+    let materials = modes.map(|mode| add(&mut app, mode));
+    let found = |app: &App| {
+        let all = app.world().resource::<Assets<StripeMaterial>>();
+        materials
+            .clone()
+            .map(|handle| all.get(&handle).expect("a material").base.alpha_mode)
+    };
+    let frames = |app: &mut App| (0..3).for_each(|_| update(app));
+    frames(&mut app);
+    let mask = AlphaMode::Mask(0.5);
+    assert_eq!(found(&app), [mask, mask, AlphaMode::Blend, mask]);
+    // The last one's mask is the user's own from now on.
+    let change = |app: &mut App, which: usize, change: fn(&mut StripeMaterial)| {
+        let mut all = app.world_mut().resource_mut::<Assets<StripeMaterial>>();
+        change(&mut all.get_mut(&materials[which]).expect("a material"));
+    };
+    change(&mut app, 3, |material| material.base.alpha_mode = AlphaMode::Mask(0.25));
+    frames(&mut app);
+    for which in 0..4 {
+        change(&mut app, which, |material| material.extension.cutout = false);
+    }
+    frames(&mut app);
+    let own = AlphaMode::Mask(0.25);
+    assert_eq!(found(&app), [AlphaMode::Opaque, mask, AlphaMode::Blend, own]);
+    change(&mut app, 0, |material| material.extension.cutout = true);
+    frames(&mut app);
+    assert_eq!(found(&app)[0], mask);
+}
+
 #[test]
 fn a_focus_follows_its_entity() {
     let mut app = app();
