@@ -8,7 +8,7 @@ use bevy::{
 use bevy_field_patterns::material::*;
 
 use crate::{
-    Scene, WHITE, black_on_white, square_on,
+    Scene, WHITE, square_on,
     stage::{Lens, Picture},
     torus_view, unlit,
 };

@@ -72,9 +72,10 @@ pub(super) fn update_inputs(
         return Ok(Changed::Waiting);
     };
     if moved && let (Some(linear), Some(first)) = (inputs.linear, pattern.ranges.geometry) {
+        let (positions, normals) = in_world(graph, linear);
         tools
             .arena
-            .write(Pool::Geometry, first, &geometry(&in_world(graph, linear)));
+            .write(Pool::Geometry, first, &geometry(graph, &positions, &normals));
     }
     if let Some((axis, frequency)) = uniform {
         check_uniform(axis, frequency, inputs.turn)?;
@@ -174,16 +175,12 @@ fn check_uniform(axis: Dir3, frequency: f32, turn: f32) -> Result<(), PatternErr
     }
 }
 
-/// A graph with positions and normals carried into the world by the linear part of a transform.
-fn in_world(graph: &SurfaceGraph, linear: Mat3A) -> SurfaceGraph {
-    let normal = linear.inverse().transpose();
-    let mut world = graph.clone();
-    world.positions.iter_mut().for_each(|p| *p = linear * *p);
-    world
-        .normals
-        .iter_mut()
-        .for_each(|n| *n = (normal * *n).normalize_or(*n));
-    world
+/// Positions and normals, carried into the world by the linear part of a transform.
+fn in_world(graph: &SurfaceGraph, linear: Mat3A) -> (Vec<Vec3>, Vec<Vec3>) {
+    let cofactors = linear.inverse().transpose();
+    let positions = graph.positions.iter().map(|&p| linear * p);
+    let normals = graph.normals.iter().map(|&n| (cofactors * n).normalize_or(n));
+    (positions.collect(), normals.collect())
 }
 
 /// The directions of a field in the space of the pattern.
@@ -196,16 +193,32 @@ fn directions_in(
     let Some(linear) = inputs.linear else {
         return directions(field, inputs.symmetry, inputs.turn, graph, mesh);
     };
-    let world = in_world(graph, linear);
+    let (positions, normals) = in_world(graph, linear);
     match field {
         // These are vectors of the mesh, which are carried along; the others are made from the world's positions.
         DirectionField::Attribute(_) | DirectionField::Vertices(_) | DirectionField::Tangents(_) => {
             let mut d = directions(field, inputs.symmetry, inputs.turn, graph, mesh)?;
             d.iter_mut()
-                .zip(&world.normals)
+                .zip(&normals)
                 .for_each(|(d, &n)| *d = project_tangent(linear * *d, n));
             Ok(d)
         }
-        _ => directions(field, inputs.symmetry, inputs.turn, &world, mesh),
+        // An axis is projected, which takes no more than normals.
+        DirectionField::Axis(_) => {
+            let world = SurfaceGraph {
+                positions,
+                normals,
+                ..default()
+            };
+            directions(field, inputs.symmetry, inputs.turn, &world, mesh)
+        }
+        DirectionField::PrincipalCurvature { .. } | DirectionField::Gradient { .. } => {
+            let world = SurfaceGraph {
+                positions,
+                normals,
+                ..graph.clone()
+            };
+            directions(field, inputs.symmetry, inputs.turn, &world, mesh)
+        }
     }
 }
