@@ -59,8 +59,9 @@ struct Args {
     /// Solve so many times; times are medians, after one solve that does not count.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     repeat: u32,
-    /// After the cold start, turn the axis for so many frames (needs `--field axis:…`).
-    #[arg(long)]
+    /// After the cold start, turn the axis for so many frames, 3 or more for a motion to have a jitter (needs
+    /// `--field axis:…`).
+    #[arg(long, value_parser = clap::value_parser!(u32).range(3..=100_000))]
     warm: Option<u32>,
     /// Degrees per frame about the z axis, with `--warm`.
     #[arg(long, default_value_t = 1.0, value_parser = parse_finite, allow_negative_numbers = true)]
@@ -146,6 +147,7 @@ struct Problem {
 
 fn run(args: &Args) -> Result<Value, String> {
     let raw = mesh_file::read(&args.mesh).map_err(|error| error.to_string())?;
+    check_size(&raw, args.frequency)?;
     let field = match &args.field {
         Field::Axis(axis) => DirectionField::Axis(Dir3::new(*axis).map_err(|error| error.to_string())?),
         Field::Curvature => DirectionField::PrincipalCurvature {
@@ -194,6 +196,34 @@ fn run(args: &Args) -> Result<Value, String> {
         DeviceArg::Cpu => on_cpu::solve(args, &problem),
     }
 }
+
+/// Refuses a mesh on which f32 can tell no phases.
+fn check_size(raw: &RawMesh, frequency: f32) -> Result<(), String> {
+    let corners = raw.positions.iter().fold(None, |corners, &p| {
+        let (low, high) = corners.unwrap_or((p, p));
+        Some((low.min(p), high.max(p)))
+    });
+    let Some((low, high)) = corners else { return Ok(()) };
+    let size = low.as_dvec3().distance(high.as_dvec3());
+    if size > LARGEST || (size > 0.0 && size < 1.0 / LARGEST) {
+        return Err(format!(
+            "the mesh is {size:e} across; scale it to between {:e} and {LARGEST:e}, where f32 can square lengths",
+            1.0 / LARGEST
+        ));
+    }
+    if size * f64::from(frequency) > MOST_STRIPES {
+        return Err(format!(
+            "{frequency} stripes per unit are {:e} across the mesh; f32 tells at most {MOST_STRIPES:e} apart",
+            size * f64::from(frequency)
+        ));
+    }
+    Ok(())
+}
+
+/// Lengths between this and its inverse have squares.
+const LARGEST: f64 = 1e18;
+/// f32 has 24 bits, of which a phase needs some behind the point.
+const MOST_STRIPES: f64 = 1e6;
 
 fn median(mut times: Vec<f64>) -> f64 {
     times.sort_by(f64::total_cmp);
