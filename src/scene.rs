@@ -2,11 +2,12 @@
 //!
 //! In: a [`PatternScene`] on the root of a hierarchy, and the meshes below it with their `StandardMaterial`s, which may
 //! arrive, leave and change at any time. Out: on each of these meshes a field, a frequency, and a [`StripeMaterial`] that
-//! extends the material it had. What is done is undone when the component, or the mesh, is taken away.
+//! extends the material it had. What is done is undone when the component, or the mesh, is taken away; what a mesh has of
+//! its own is left alone.
 
 use crate::{
     field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
-    material::{StripeMaterial, Stripes},
+    material::{FocusSource, StripeMaterial, Stripes},
     wave::PatternSystems,
 };
 use bevy::{
@@ -35,6 +36,10 @@ use bevy::{
 ///
 /// Meshes that share a material go on sharing one. Of nested `PatternScene`s the nearest counts. Removing the component
 /// gives the meshes back what they had. A change of the style alone solves nothing again.
+///
+/// A mesh that has a [`DirectionField`], [`Frequency`], [`Symmetry`], [`FieldTurn`] or [`PatternSpace`] of its own keeps it,
+/// now and afterwards; the scene fills in the others. (A field of its own comes with a frequency, the default one if there
+/// is no other.)
 ///
 /// Fields that a file brings along are vertex attributes whose names begin with an underscore. Bevy's loader has to know
 /// them, by their names without it:
@@ -71,13 +76,25 @@ pub struct PatternScene {
 /// A mesh that a [`PatternScene`] has given a pattern. Set by the plugin.
 ///
 /// To give the mesh another base, insert another `MeshMaterial3d<StandardMaterial>`.
-#[derive(Component, Reflect, Debug, Clone, PartialEq, Eq)]
+#[derive(Component, Reflect, Debug, Clone, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
 pub struct PatternScenePart {
     /// The entity with the [`PatternScene`].
     pub scene: Entity,
     /// The material that the stripes lie over. Changes of it are followed.
     pub base: Handle<StandardMaterial>,
+    given: Given,
+}
+
+/// What a mesh has got from its scene. A component with another value is the user's.
+#[derive(Reflect, Debug, Clone, PartialEq, Default)]
+#[reflect(Debug, Clone, PartialEq, Default)]
+struct Given {
+    field: Option<DirectionField>,
+    frequency: Option<Frequency>,
+    symmetry: Option<Symmetry>,
+    turn: Option<FieldTurn>,
+    space: Option<PatternSpace>,
 }
 
 /// Keeps the meshes of [`PatternScene`]s as these say, in `PostUpdate`, before patterns are updated.
@@ -91,8 +108,9 @@ impl Plugin for PatternScenePlugin {
             .register_type::<PatternScenePart>()
             .add_systems(
                 PostUpdate,
-                (restyle, dress_parts)
+                (carry_focus, restyle, dress_parts)
                     .chain()
+                    .after(TransformSystems::Propagate)
                     .before(PatternSystems)
                     .before(AssetEventSystems)
                     .run_if(resource_exists::<Assets<StandardMaterial>>),
@@ -103,6 +121,19 @@ impl Plugin for PatternScenePlugin {
 /// The striped material of a scene for a base, as long as one of its meshes uses it.
 #[derive(Resource, Default)]
 struct SceneMaterials(HashMap<(Entity, AssetId<StandardMaterial>), AssetId<StripeMaterial>>);
+
+/// Writes the region of a focus that an entity carries along into the styles of its scenes, where it differs.
+fn carry_focus(sources: Query<(&FocusSource, &GlobalTransform)>, mut scenes: Query<&mut PatternScene>) {
+    for (source, transform) in &sources {
+        let shape = source.shape.transformed(&transform.affine());
+        let mut scenes = scenes.iter_many_mut(&source.scenes);
+        while let Some(mut scene) = scenes.fetch_next() {
+            if scene.style.focus.shape != shape {
+                scene.style.focus.shape = shape;
+            }
+        }
+    }
+}
 
 /// Brings striped materials up to date with the style of their scene and with their base.
 fn restyle(
@@ -211,16 +242,13 @@ fn dress_parts(
             .find_map(|at| Some((at, scenes.get(at).ok()?)));
         let Some((root, scene)) = nearest else {
             if data.part.is_some() {
-                undress(commands.entity(entity), data.plain.is_none().then_some(base));
+                undress(commands.entity(entity), data.plain.is_none().then_some(base), &data);
             }
             continue;
         };
-        let part = PatternScenePart {
-            scene: root,
-            base: base.clone(),
-        };
         let mut entity_commands = commands.entity(entity);
-        if data.plain.is_some() || data.part != Some(&part) {
+        let known = data.part.is_some_and(|part| part.scene == root && part.base == *base);
+        if data.plain.is_some() || !known {
             let known = made.0.get(&(root, base.id()));
             let material = match known.and_then(|&id| striped.get_strong_handle(id)) {
                 Some(material) => material,
@@ -240,49 +268,68 @@ fn dress_parts(
             made.0.insert((root, base.id()), material.id());
             entity_commands
                 .try_remove::<MeshMaterial3d<StandardMaterial>>()
-                .try_insert((MeshMaterial3d(material), part));
+                .try_insert(MeshMaterial3d(material));
         }
-        give_pattern(&mut entity_commands, scene, &data);
+        let part = PatternScenePart {
+            scene: root,
+            base: base.clone(),
+            given: give_pattern(&mut entity_commands, scene, &data),
+        };
+        if data.part != Some(&part) {
+            entity_commands.try_insert(part);
+        }
     }
 }
 
-/// Sets what differs, for what is set counts as changed and is solved again.
-fn give_pattern(entity: &mut EntityCommands, scene: &PatternScene, data: &PartDataItem) {
+/// Gives a mesh what it lacks of a pattern, and tells what it has from the scene now.
+fn give_pattern(entity: &mut EntityCommands, scene: &PatternScene, data: &PartDataItem) -> Given {
+    let old = data.part.map(|part| part.given.clone()).unwrap_or_default();
     let (field, frequency, symmetry, turn, space) = data.given;
-    if frequency != Some(&scene.frequency) {
-        entity.try_insert(scene.frequency.clone());
+    let wanted_turn = (scene.turn != 0.0).then_some(FieldTurn(scene.turn));
+    let wanted_space = (scene.space != PatternSpace::default()).then_some(scene.space);
+    Given {
+        // The field comes last: it would bring a frequency along.
+        frequency: give(entity, Some(scene.frequency.clone()), frequency, old.frequency),
+        symmetry: give(entity, scene.symmetry, symmetry, old.symmetry),
+        turn: give(entity, wanted_turn, turn, old.turn),
+        space: give(entity, wanted_space, space, old.space),
+        field: give(entity, Some(scene.field.clone()), field, old.field),
     }
-    match scene.symmetry {
-        Some(wanted) if symmetry != Some(&wanted) => {
-            entity.try_insert(wanted);
+}
+
+/// Sets one component where it differs, for what is set counts as changed and is solved again. A user's own stays. What
+/// the component has from the scene then.
+fn give<C: Component + Clone + PartialEq>(
+    entity: &mut EntityCommands,
+    wanted: Option<C>,
+    has: Option<&C>,
+    given: Option<C>,
+) -> Option<C> {
+    if has.is_some() && has != given.as_ref() {
+        return None;
+    }
+    match &wanted {
+        Some(wanted) if has != Some(wanted) => {
+            entity.try_insert(wanted.clone());
         }
-        None if symmetry.is_some() => {
-            entity.try_remove::<Symmetry>();
+        None if has.is_some() => {
+            entity.try_remove::<C>();
         }
         _ => {}
     }
-    if turn.map_or(0.0, |turn| turn.0) != scene.turn {
-        entity.try_insert(FieldTurn(scene.turn));
-    }
-    if space.copied().unwrap_or_default() != scene.space {
-        entity.try_insert(scene.space);
-    }
-    if field != Some(&scene.field) {
-        entity.try_insert(scene.field.clone());
-    }
+    wanted
 }
 
-/// Gives a mesh back its material, unless it has a plain one again already, and takes the pattern away.
-fn undress(mut entity: EntityCommands, base: Option<&Handle<StandardMaterial>>) {
-    entity.try_remove::<(
-        PatternScenePart,
-        MeshMaterial3d<StripeMaterial>,
-        DirectionField,
-        Frequency,
-        Symmetry,
-        FieldTurn,
-        PatternSpace,
-    )>();
+/// Takes back what was given, and gives a mesh its material again, unless it has a plain one already.
+fn undress(mut entity: EntityCommands, base: Option<&Handle<StandardMaterial>>, data: &PartDataItem) {
+    let given = data.part.map(|part| part.given.clone()).unwrap_or_default();
+    let (field, frequency, symmetry, turn, space) = data.given;
+    give(&mut entity, None, field, given.field);
+    give(&mut entity, None, frequency, given.frequency);
+    give(&mut entity, None, symmetry, given.symmetry);
+    give(&mut entity, None, turn, given.turn);
+    give(&mut entity, None, space, given.space);
+    entity.try_remove::<(PatternScenePart, MeshMaterial3d<StripeMaterial>)>();
     if let Some(base) = base {
         entity.try_insert(MeshMaterial3d(base.clone()));
     }

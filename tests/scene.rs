@@ -1,4 +1,4 @@
-//! Scenes of patterned meshes, and the focus that an entity carries along.
+//! Scenes of patterned meshes, what becomes of their materials, and the focus that an entity carries along.
 
 mod common;
 
@@ -143,6 +143,71 @@ fn a_style_is_changed_without_solving_and_a_field_with_it() {
     assert_eq!(app.world().get::<Symmetry>(root), None);
 }
 
+/// A scene fills in what a mesh lacks, and takes back what it gave.
+#[test]
+fn what_a_mesh_has_of_its_own_it_keeps() {
+    let mut app = app();
+    let base = add_base(&mut app, Color::WHITE);
+    let ball = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let scene = PatternScene {
+        turn: 0.5,
+        ..axis_scene()
+    };
+    let root = app
+        .world_mut()
+        .spawn((Transform::default(), Visibility::default(), scene))
+        .id();
+    let looks = || (Mesh3d(ball.clone()), MeshMaterial3d(base.clone()), ChildOf(root));
+    let own_field = DirectionField::Axis(Dir3::X);
+    let own = (own_field.clone(), Frequency::Uniform(7.0), Symmetry::Line);
+    let own = app.world_mut().spawn((looks(), own)).id();
+    let own_frequency = app.world_mut().spawn((looks(), Frequency::Uniform(5.0))).id();
+    let given = app.world_mut().spawn(looks()).id();
+    let changed = app.world_mut().spawn(looks()).id();
+    settle(&mut app);
+    // What a user sets later is the user's as well.
+    app.world_mut().entity_mut(changed).insert(Frequency::Uniform(9.0));
+    settle(&mut app);
+    let frequency = |app: &App, entity| match app.world().get::<Frequency>(entity) {
+        Some(Frequency::Uniform(f)) => *f,
+        other => panic!("{other:?}"),
+    };
+    let is_right = |app: &App, of_scene: f32| {
+        let world = app.world();
+        assert_eq!(world.get::<DirectionField>(own), Some(&own_field));
+        assert_eq!(world.get::<Symmetry>(own), Some(&Symmetry::Line));
+        assert_eq!(world.get::<DirectionField>(given), Some(&DirectionField::Axis(Dir3::Y)));
+        assert_eq!(world.get::<FieldTurn>(given), Some(&FieldTurn(0.5)));
+        let found = [own, own_frequency, given, changed].map(|part| frequency(app, part));
+        assert_eq!(found, [7.0, 5.0, of_scene, 9.0]);
+    };
+    is_right(&app, 3.0);
+    app.world_mut()
+        .get_mut::<PatternScene>(root)
+        .expect("a scene")
+        .frequency = Frequency::Uniform(4.0);
+    settle(&mut app);
+    is_right(&app, 4.0);
+
+    app.world_mut().entity_mut(root).remove::<PatternScene>();
+    settle(&mut app);
+    let world = app.world();
+    assert_eq!(world.get::<DirectionField>(own), Some(&own_field));
+    assert_eq!(world.get::<PatternState>(own), Some(&PatternState::Converged));
+    assert_eq!(world.get::<FieldTurn>(own), None);
+    for (part, kept) in [
+        (own, Some(7.0)),
+        (own_frequency, Some(5.0)),
+        (given, None),
+        (changed, Some(9.0)),
+    ] {
+        let kept = kept.map(Frequency::Uniform);
+        assert_eq!(world.get::<Frequency>(part), kept.as_ref());
+        assert_eq!(world.get::<DirectionField>(part).is_some(), part == own);
+        assert!(world.get::<Plain>(part).is_some() && world.get::<Striped>(part).is_none());
+    }
+}
+
 /// A square of two triangles with the attribute `_FIELD`, all (1, 2, 0), in a node that is scaled by 2.
 fn write_gltf(path: &std::path::Path) {
     let positions: [[f32; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
@@ -213,6 +278,58 @@ fn a_gltf_file_brings_its_field() {
     assert!(directions.iter().all(|d| d.distance(expected) < 1e-5), "{directions:?}");
 }
 
+/// A cut-out needs a base with a mask, for as long as it is one.
+#[test]
+fn a_cut_out_gives_the_mask_back() {
+    let mut app = app();
+    let add = |app: &mut App, alpha_mode: AlphaMode| {
+        let base = StandardMaterial {
+            alpha_mode,
+            ..default()
+        };
+        let extension = Stripes {
+            cutout: true,
+            ..default()
+        };
+        app.world_mut()
+            .resource_mut::<Assets<StripeMaterial>>()
+            .add(StripeMaterial { base, extension })
+    };
+    let modes = [
+        AlphaMode::Opaque,
+        AlphaMode::Mask(0.5),
+        AlphaMode::Blend,
+        AlphaMode::Opaque,
+    ];
+    let materials = modes.map(|mode| add(&mut app, mode));
+    let found = |app: &App| {
+        let all = app.world().resource::<Assets<StripeMaterial>>();
+        materials
+            .clone()
+            .map(|handle| all.get(&handle).expect("a material").base.alpha_mode)
+    };
+    let frames = |app: &mut App| (0..3).for_each(|_| update(app));
+    frames(&mut app);
+    let mask = AlphaMode::Mask(0.5);
+    assert_eq!(found(&app), [mask, mask, AlphaMode::Blend, mask]);
+    // The last one's mask is the user's own from now on.
+    let change = |app: &mut App, which: usize, change: fn(&mut StripeMaterial)| {
+        let mut all = app.world_mut().resource_mut::<Assets<StripeMaterial>>();
+        change(&mut all.get_mut(&materials[which]).expect("a material"));
+    };
+    change(&mut app, 3, |material| material.base.alpha_mode = AlphaMode::Mask(0.25));
+    frames(&mut app);
+    for which in 0..4 {
+        change(&mut app, which, |material| material.extension.cutout = false);
+    }
+    frames(&mut app);
+    let own = AlphaMode::Mask(0.25);
+    assert_eq!(found(&app), [AlphaMode::Opaque, mask, AlphaMode::Blend, own]);
+    change(&mut app, 0, |material| material.extension.cutout = true);
+    frames(&mut app);
+    assert_eq!(found(&app)[0], mask);
+}
+
 #[test]
 fn a_focus_follows_its_entity() {
     let mut app = app();
@@ -262,6 +379,35 @@ fn a_focus_follows_its_entity() {
         panic!("no half-space");
     };
     assert!(normal.distance(Vec3::Y) < 1e-5 && distance.abs() < 1e-5);
+}
+
+#[test]
+fn a_focus_reaches_the_materials_of_a_scene() {
+    let mut app = app();
+    let base = add_base(&mut app, Color::WHITE);
+    let ball = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let root = app
+        .world_mut()
+        .spawn((Mesh3d(ball), MeshMaterial3d(base), Transform::default(), axis_scene()))
+        .id();
+    let source = FocusSource {
+        scenes: vec![root],
+        ..FocusSource::sphere(0.5, [])
+    };
+    let lamp = app.world_mut().spawn(source).id();
+    settle(&mut app);
+    let center = |app: &App| match striped(app, root).extension.focus.shape {
+        FocusShape::Sphere { center, radius } => (center, radius),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(center(&app), (Vec3::ZERO, 0.5));
+    app.world_mut()
+        .entity_mut(lamp)
+        .insert(Transform::from_xyz(1.0, 2.0, 0.0));
+    update(&mut app);
+    assert!(center(&app).0.distance(Vec3::new(1.0, 2.0, 0.0)) < 1e-6);
+    let dispatches = app.world().resource::<SolverCounters>().dispatches();
+    assert_eq!(dispatches, 0, "a focus is no input");
 }
 
 /// A point is in the shape carried along exactly when it came from inside the shape.

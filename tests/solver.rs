@@ -316,3 +316,25 @@ fn coarse_energy_is_the_fine_energy() {
         assert!(coarse_change.abs() > 1e-3 * fine_before, "the comparison can fail");
     }
 }
+
+/// A straight field on a flat mesh is met exactly, and its figures are zeros without a sign.
+#[test]
+fn a_perfect_wave_has_perfect_figures() {
+    let at = |v: u32| Vec3::new((v % 9) as f32, (v / 9) as f32, 0.0);
+    let cell = |c: u32| c / 8 * 9 + c % 8;
+    let raw = RawMesh {
+        positions: (0..81).map(at).collect(),
+        triangles: (0..64)
+            .map(cell)
+            .flat_map(|v| [[v, v + 1, v + 10], [v, v + 10, v + 9]])
+            .collect(),
+        ..default()
+    };
+    let graph = graph_of(&raw);
+    let d = field_of(&graph, &raw, &DirectionField::Axis(Dir3::X), Symmetry::Vector);
+    let f = vec![0.2; graph.len()];
+    let z = solve_cpu(&graph, &d, &f, Symmetry::Vector, &default()).phasors;
+    let q = quality(&graph, &d, &f, &z, Symmetry::Vector);
+    assert!(q.energy < 1e-6 && q.branches == 0, "{q:?}");
+    assert_eq!((q.angle_over_5deg, q.angle_over_5deg.is_sign_positive()), (0.0, true));
+}

@@ -1,14 +1,15 @@
 //! A focus that an entity carries along.
 //!
 //! In: a [`FocusSource`] and the entity's `GlobalTransform`. Out: the region of the [`Focus`](super::Focus) of the
-//! materials it names, in world space. Uniforms change, nothing is solved again.
+//! materials and the scenes it names, in world space. Uniforms change, nothing is solved again.
 
 use super::{FocusShape, StripeMaterial};
 use bevy::{math::Affine3A, prelude::*};
 
 /// The region of focus of materials moves, turns and scales with this entity.
 ///
-/// Border, inversion and what the focus limits are each material's own. Of two sources of one material, one wins.
+/// Border, inversion and what the focus limits are each material's own. Of two sources of one material, one wins. The
+/// materials of a [`PatternScene`](crate::scene::PatternScene) are the scene's own: name the scene instead.
 #[derive(Component, Reflect, Debug, Clone, PartialEq, Default)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[require(Transform)]
@@ -17,6 +18,9 @@ pub struct FocusSource {
     pub shape: FocusShape,
     /// The materials whose focus it sets. Default: none.
     pub materials: Vec<Handle<StripeMaterial>>,
+    /// The entities with a [`PatternScene`](crate::scene::PatternScene) whose style's focus it sets. Default: none.
+    #[entities]
+    pub scenes: Vec<Entity>,
 }
 
 impl FocusSource {
@@ -28,6 +32,7 @@ impl FocusSource {
                 radius,
             },
             materials: materials.into_iter().collect(),
+            scenes: Vec::new(),
         }
     }
 
@@ -39,6 +44,7 @@ impl FocusSource {
                 distance: 0.0,
             },
             materials: materials.into_iter().collect(),
+            scenes: Vec::new(),
         }
     }
 }

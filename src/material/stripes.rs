@@ -16,6 +16,7 @@ use bevy::{
     ecs::system::{SystemParamItem, lifetimeless::SRes},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
+    platform::collections::HashSet,
     prelude::*,
     render::{
         render_asset::RenderAssets,
@@ -134,7 +135,7 @@ pub struct Stripes {
     pub phase_speed: f32,
     /// What the stripes drive. Default: the base colour.
     pub drive: StripeDrive,
-    /// Cut the gaps out, in the picture and in shadows. An opaque base gets `AlphaMode::Mask(0.5)`. Default `false`.
+    /// Cut the gaps out, in the picture and in shadows. An opaque base gets `AlphaMode::Mask(0.5)` meanwhile. Default `false`.
     pub cutout: bool,
     /// Filter the profile over the pixel. Without it every pixel shows one point of the pattern, which is right where a
     /// picture is supersampled already and flickers everywhere else. Default `true`.
@@ -347,20 +348,41 @@ impl MaterialExtension for Stripes {
     }
 }
 
-/// A cut-out needs a base that may discard, or Bevy draws shadows and prepasses without looking at the material.
+/// A cut-out needs a base that may discard, or Bevy draws shadows and prepasses without looking at the material. An opaque
+/// base gets a mask for as long as it is cut out.
 pub(super) fn mask_cutouts(
     mut changes: MessageReader<AssetEvent<StripeMaterial>>,
     mut materials: ResMut<Assets<StripeMaterial>>,
+    mut masked: Local<HashSet<AssetId<StripeMaterial>>>,
 ) {
+    const MASK: AlphaMode = AlphaMode::Mask(0.5);
     for change in changes.read() {
-        let (AssetEvent::Added { id } | AssetEvent::Modified { id }) = *change else {
-            continue;
+        let id = match *change {
+            AssetEvent::Added { id } | AssetEvent::Modified { id } => id,
+            AssetEvent::Removed { id } => {
+                masked.remove(&id);
+                continue;
+            }
+            AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => continue,
         };
-        let needs_mask = |m: &StripeMaterial| m.extension.cutout && m.base.alpha_mode == AlphaMode::Opaque;
-        if materials.get(id).is_some_and(needs_mask)
+        let Some(material) = materials.get(id) else { continue };
+        let mode = material.base.alpha_mode;
+        let wanted = match (material.extension.cutout, mode) {
+            (true, AlphaMode::Opaque) => {
+                masked.insert(id);
+                MASK
+            }
+            (true, mode) if mode == MASK => MASK,
+            // Another mode than the mask is the user's own.
+            (_, mode) => match masked.remove(&id) {
+                true if mode == MASK => AlphaMode::Opaque,
+                _ => mode,
+            },
+        };
+        if wanted != mode
             && let Some(mut material) = materials.get_mut(id)
         {
-            material.base.alpha_mode = AlphaMode::Mask(0.5);
+            material.base.alpha_mode = wanted;
         }
     }
 }

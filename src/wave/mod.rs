@@ -12,11 +12,15 @@
 //! and in the render world, before the first camera: upload and dispatch.
 
 mod arena;
+mod frame;
+mod hierarchy;
 pub mod kite;
 pub mod layout;
+mod local_rule;
 mod pack;
 mod patterns;
 mod pending;
+mod pipelines;
 mod plan;
 mod quality;
 mod render;
@@ -25,15 +29,16 @@ pub mod shade;
 mod shaders;
 pub mod solver;
 mod state;
+mod status;
 
 pub use crate::{arena::PatternMemory, surface::PatternMesh};
 pub use arena::PatternArena;
 pub use patterns::Pattern;
 pub use quality::{Quality, quality};
-pub use render::SolverCounters;
 pub(crate) use shaders::WaveShaderPlugin;
 pub use solver::SolverSettings;
 pub use state::*;
+pub use status::SolverCounters;
 
 use crate::{
     arena::{create_buffers, grow_buffers},

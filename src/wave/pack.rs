@@ -5,7 +5,7 @@ use super::{
     layout::{LevelRecord, PatternRecord},
 };
 use crate::{error::PatternError, surface::SurfaceGraph};
-use bevy::math::Vec4;
+use bevy::math::{Vec3, Vec4};
 use std::ops::Range;
 
 pub(crate) const RECORD_WORDS: u32 = (size_of::<PatternRecord>() / 4) as u32;
@@ -33,10 +33,11 @@ pub(crate) struct PackedLevel {
     pub(crate) classes: Vec<u32>,
 }
 
-/// (position, area) and (normal, id) per vertex; the id is the bits of the graph's first mesh vertex there.
-pub(crate) fn geometry(graph: &SurfaceGraph) -> Vec<Vec4> {
+/// (position, area) and (normal, id) per vertex, with positions and normals that may be elsewhere than the graph's own; the
+/// id is the bits of the graph's first mesh vertex there.
+pub(crate) fn geometry(graph: &SurfaceGraph, positions: &[Vec3], normals: &[Vec3]) -> Vec<Vec4> {
     let ids = graph.first_vertices();
-    let vertices = graph.positions.iter().zip(&graph.areas).zip(&graph.normals).zip(ids);
+    let vertices = positions.iter().zip(&graph.areas).zip(normals).zip(ids);
     vertices
         .flat_map(|(((p, &area), n), id)| [p.extend(area), n.extend(f32::from_bits(id))])
         .collect()
@@ -106,7 +107,11 @@ impl PackedGraph {
 
     /// Writes positions, areas and normals again.
     pub(crate) fn write_geometry(&self, graph: &SurfaceGraph, arena: &mut PatternArena) {
-        arena.write(Pool::Geometry, self.geometry.start, &geometry(graph));
+        arena.write(
+            Pool::Geometry,
+            self.geometry.start,
+            &geometry(graph, &graph.positions, &graph.normals),
+        );
     }
 
     pub(crate) fn free(&self, arena: &mut PatternArena) {

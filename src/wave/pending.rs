@@ -6,8 +6,8 @@
 
 use super::{
     arena::Pool,
-    plan::{Frame, Step},
-    render::GpuStatus,
+    frame::{Frame, Step},
+    status::GpuStatus,
 };
 use bevy::prelude::*;
 use std::ops::Range;

@@ -1,172 +1,20 @@
-//! What the GPU does in a frame: a list of dispatches, each of which serves all entities that take part.
+//! From who takes part in what to the dispatches of a frame, each of which serves all entities that take part.
 //!
-//! The number of dispatches depends on levels, colours and sweeps, never on the number of entities.
+//! In: [`Work`]. Out: a [`Frame`]. The number of dispatches depends on levels, colours and sweeps, never on the number of entities.
 
 use super::{
-    arena::Pool,
+    frame::{Frame, Pass, ROW, Step, StepUniform},
     pack::PackedGraph,
     settings::{ColdStart, SolverSettings},
 };
-use crate::arena::Upload;
-use bytemuck::{Pod, Zeroable};
 use std::{ops::Range, sync::Arc};
-
-/// The compute passes; each is an entry point of the same name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Pass {
-    /// Directions of entities that follow an axis.
-    ProjectAxis,
-    /// Directions that the processor has made.
-    TakeDirections,
-    /// Edge constants.
-    EdgeWeights,
-    /// Children's signs and phases against their root.
-    Align,
-    /// Coarse weights.
-    Coarsen,
-    /// Sets a top level to 1.
-    StartTop,
-    /// All small levels of an entity.
-    SolveSmall,
-    /// Rotates children.
-    Prolong,
-    /// One colour of the mesh.
-    SweepFine,
-    /// One colour of a coarse level.
-    SweepCoarse,
-    /// Hashed phases.
-    StartLocal,
-    /// One colour of the local rule.
-    SweepLocal,
-    /// Energy per item.
-    EnergyPartial,
-    /// Energy per entity.
-    EnergyTotal,
-    /// End of the local rule.
-    Decide,
-    /// Branches per item.
-    BranchesPartial,
-    /// Branches per entity.
-    BranchesTotal,
-    /// Energy and branches of all patterns.
-    Report,
-}
-
-impl Pass {
-    /// All passes, in the order of their discriminants.
-    pub(crate) const ALL: [Self; 18] = [
-        Self::ProjectAxis,
-        Self::TakeDirections,
-        Self::EdgeWeights,
-        Self::Align,
-        Self::Coarsen,
-        Self::StartTop,
-        Self::SolveSmall,
-        Self::Prolong,
-        Self::SweepFine,
-        Self::SweepCoarse,
-        Self::StartLocal,
-        Self::SweepLocal,
-        Self::EnergyPartial,
-        Self::EnergyTotal,
-        Self::Decide,
-        Self::BranchesPartial,
-        Self::BranchesTotal,
-        Self::Report,
-    ];
-
-    /// Name of the entry point.
-    pub(crate) fn entry_point(self) -> &'static str {
-        match self {
-            Self::ProjectAxis => "project_axis",
-            Self::TakeDirections => "take_directions",
-            Self::EdgeWeights => "edge_weights",
-            Self::Align => "align",
-            Self::Coarsen => "coarsen",
-            Self::StartTop => "start_top",
-            Self::SolveSmall => "solve_small",
-            Self::Prolong => "prolong",
-            Self::SweepFine => "sweep_fine",
-            Self::SweepCoarse => "sweep_coarse",
-            Self::StartLocal => "start_local",
-            Self::SweepLocal => "sweep_local",
-            Self::EnergyPartial => "energy_partial",
-            Self::EnergyTotal => "energy_total",
-            Self::Decide => "decide",
-            Self::BranchesPartial => "branches_partial",
-            Self::BranchesTotal => "branches_total",
-            Self::Report => "report",
-        }
-    }
-}
-
-/// `Step` of `passes.wgsl`.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
-pub(crate) struct StepUniform {
-    pub(crate) first_item: u32,
-    pub(crate) item_count: u32,
-    pub(crate) row: u32,
-    pub(crate) relaxation: u32,
-    pub(crate) omega: f32,
-    pub(crate) softness: f32,
-    pub(crate) level_sweeps: u32,
-    pub(crate) momentum: f32,
-    pub(crate) epsilon: f32,
-    pub(crate) pad: [u32; 3],
-}
 
 const PLAIN: u32 = 0;
 const TURN: u32 = 1;
 const SOFT: u32 = 2;
 
-/// Workgroups per row: below WebGPU's 65,535 per dimension.
-const ROW: u32 = 32_768;
 /// Levels of at most this many nodes are solved by one workgroup in one dispatch.
 const SMALL_LEVEL: u32 = 1024;
-
-/// One dispatch.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Step {
-    pub(crate) pass: Pass,
-    pub(crate) uniform: StepUniform,
-}
-
-impl Step {
-    pub(crate) fn workgroups(&self) -> (u32, u32) {
-        match self.pass {
-            Pass::Report => (1, 1),
-            _ => (self.uniform.item_count.min(ROW), self.uniform.item_count.div_ceil(ROW)),
-        }
-    }
-}
-
-/// All that the GPU does for patterns in one frame.
-#[derive(Debug, Default)]
-pub(crate) struct Frame {
-    /// The generation of the device that it was made for.
-    pub(crate) generation: u32,
-    /// Bytes that the shared buffers must have.
-    pub(crate) capacities: Vec<u64>,
-    pub(crate) uploads: Vec<Upload<Pool>>,
-    /// (record, level, first node, end node).
-    pub(crate) items: Vec<[u32; 4]>,
-    pub(crate) steps: Vec<Step>,
-    /// Sweeps over the mesh.
-    pub(crate) sweeps: u32,
-}
-
-impl Frame {
-    pub(crate) fn is_empty(&self) -> bool {
-        self.uploads.is_empty() && self.steps.is_empty()
-    }
-
-    /// Bytes that it takes while it waits, of the things that can be many.
-    pub(crate) fn bytes(&self) -> u64 {
-        let uploads: usize = self.uploads.iter().map(|upload| upload.bytes.len()).sum();
-        (uploads + size_of_val(&*self.items) + size_of_val(&*self.steps)) as u64
-    }
-}
 
 /// A pattern, as the plan sees it.
 #[derive(Debug, Clone)]

@@ -79,8 +79,8 @@ pub fn quality(
         quality.angle_over_5deg = angles
             .iter()
             .filter(|(angle, _)| *angle > 5.0)
-            .map(|(_, area)| area)
-            .sum::<f64>()
+            // Summed from 0: the sum of nothing is -0.
+            .fold(0.0, |sum, (_, area)| sum + area)
             / area;
         quality.angle_mean_deg = angles.iter().map(|(angle, area)| angle * area).sum::<f64>() / area;
     }

@@ -6,14 +6,17 @@
 //! `w e^{iΦ_ji} z_j`, or, where the two directions are opposed on a line field, as `-w conj(e^{iΦ_ji} z_j)`. A sweep moves
 //! every z_i towards the sum t_i of what it sees, one colour class after the other; each such move lowers the energy
 //! E = Σ w (1 - cos r) over the edges, r being the phase an edge is off by (Eq. 4, 5).
-//!
-//! The cold start is a Galerkin hierarchy. A coarse node p stands for one rigid phase rotation y_p of all its children,
-//! `z_i ← z_i y_p` (σ_i = +1) or `z_i conj(y_p)` (σ_i = -1); in these unknowns the energy has the same form again, with
-//! `t_p = Σ A_pq y_q + B_pq conj(y_q)`, and the coarse weights A, B are exact sums over the fine edges between two
-//! aggregates. No coarse position, normal or direction is needed.
 
-use super::kite::{cmul, edge_phase, phasor, reversed};
-pub use super::settings::{ColdStart, LocalRule, SolverSettings};
+use super::{
+    hierarchy::cold_start,
+    kite::{cmul, edge_phase, phasor, reversed},
+    local_rule::solve_local,
+};
+pub use super::{
+    hierarchy::{align, coarsen, prolong},
+    local_rule::{hash_turns, sweep_local},
+    settings::{ColdStart, LocalRule, SolverSettings},
+};
 use crate::{
     field::Symmetry,
     surface::{Level, SurfaceGraph},
@@ -64,7 +67,7 @@ impl Edges {
     }
 
     /// The pair (A, B) of edge `k`: the target sees A z + B conj(z).
-    fn pair(&self, k: usize) -> [Vec2; 2] {
+    pub(super) fn pair(&self, k: usize) -> [Vec2; 2] {
         match self {
             Self::Fine(e) if flips(e[k]) => [Vec2::ZERO, reversed(e[k])],
             Self::Fine(e) => [e[k], Vec2::ZERO],
@@ -73,7 +76,7 @@ impl Edges {
     }
 }
 
-fn conj(z: Vec2) -> Vec2 {
+pub(super) fn conj(z: Vec2) -> Vec2 {
     Vec2::new(z.x, -z.y)
 }
 
@@ -167,77 +170,6 @@ fn relax(z: Vec2, t: Vec2, sum: f32, relaxation: Relaxation) -> Vec2 {
     }
 }
 
-/// Chooses the sign σ of every child and sets its phasor to what it sees of its root, whose own is 1 (cold start).
-pub fn align(level: &Level, edges: &Edges, z: &mut [Vec2], sigma: &mut [f32]) {
-    for (i, (z, sigma)) in z.iter_mut().zip(sigma).enumerate() {
-        let parent = level.parents[i] as usize;
-        let root = level.children[level.child_offsets[parent] as usize];
-        (*z, *sigma) = (Vec2::X, 1.0);
-        let range = level.edges(i);
-        if let Ok(n) = level.neighbors[range.clone()].binary_search(&root) {
-            let [a, b] = edges.pair(range.start + n);
-            *z = normalize_or(a + b, Vec2::X);
-            *sigma = if a.length_squared() >= b.length_squared() {
-                1.0
-            } else {
-                -1.0
-            };
-        }
-    }
-}
-
-/// The weights A, B of the coarser level: exact sums over the fine edges between two aggregates p < q. The edge back
-/// has the weights conj(A) and B, since the energy is one.
-pub fn coarsen(level: &Level, edges: &Edges, z: &[Vec2], sigma: &[f32], coarse: &Level) -> Edges {
-    let mut ab = vec![[Vec2::ZERO; 2]; coarse.neighbors.len()];
-    for p in 0..coarse.len() as u32 {
-        let range = coarse.edges(p as usize);
-        let neighbors = &coarse.neighbors[range.clone()];
-        let children = level.child_offsets[p as usize] as usize..level.child_offsets[p as usize + 1] as usize;
-        for &i in &level.children[children] {
-            let i = i as usize;
-            for k in level.edges(i) {
-                let j = level.neighbors[k] as usize;
-                let parent = level.parents[j];
-                if parent <= p {
-                    continue;
-                }
-                let Ok(n) = neighbors.binary_search(&parent) else {
-                    continue;
-                };
-                let [a, b] = edges.pair(k);
-                let mut al = cmul(conj(z[i]), cmul(a, z[j]));
-                let mut be = cmul(conj(z[i]), cmul(b, conj(z[j])));
-                if sigma[i] < 0.0 {
-                    (al, be) = (conj(al), conj(be));
-                }
-                if sigma[i] != sigma[j] {
-                    (al, be) = (be, al);
-                }
-                let sum = &mut ab[range.start + n];
-                sum[0] += al;
-                sum[1] += be;
-            }
-        }
-        for (n, &q) in neighbors.iter().enumerate().filter(|&(_, &q)| q > p) {
-            let back = coarse.edges(q as usize);
-            if let Ok(m) = coarse.neighbors[back.clone()].binary_search(&p) {
-                let [a, b] = ab[range.start + n];
-                ab[back.start + m] = [conj(a), b];
-            }
-        }
-    }
-    Edges::Coarse(ab)
-}
-
-/// Applies the rotations y of the coarser level to the children.
-pub fn prolong(level: &Level, y: &[Vec2], sigma: &[f32], z: &mut [Vec2]) {
-    for (i, z) in z.iter_mut().enumerate() {
-        let y = y[level.parents[i] as usize];
-        *z = cmul(*z, if sigma[i] > 0.0 { y } else { conj(y) });
-    }
-}
-
 /// Mean of 1 - cos r over the undirected edges, weighted (Eq. 5 divided by Σw): 0 is perfect, 1 is random.
 pub fn energy(level: &Level, edges: &Edges, sums: &[f32], z: &[Vec2]) -> f32 {
     let mut off = 0.0f64;
@@ -255,35 +187,6 @@ pub fn energy(level: &Level, edges: &Edges, sums: &[f32], z: &[Vec2]) -> f32 {
     }
     let total: f64 = sums.iter().map(|&s| f64::from(s)).sum();
     if total > 0.0 { (off / total) as f32 } else { 0.0 }
-}
-
-/// A phase from the id of a vertex, in turns 0..1: Jenkins' one-at-a-time hash over its four bytes.
-pub fn hash_turns(id: u32) -> f32 {
-    let mut x = 0u32;
-    for byte in id.to_le_bytes() {
-        x = x.wrapping_add(u32::from(byte));
-        x = x.wrapping_add(x << 10);
-        x ^= x >> 6;
-    }
-    x = x.wrapping_add(x << 3);
-    x ^= x >> 11;
-    x = x.wrapping_add(x << 15);
-    (x >> 8) as f32 / 16_777_216.0
-}
-
-/// One sweep of the local rule: z_i ← (t + Δ_i) / |t + Δ_i|, Δ_i ← s_m (t - z_i) (Eq. 9 to 11), classes in `colors` only.
-pub fn sweep_local(level: &Level, edges: &Edges, z: &mut [Vec2], delta: &mut [Vec2], momentum: f32, colors: usize) {
-    for class in level.classes.windows(2).take(colors) {
-        for i in class[0] as usize..class[1] as usize {
-            let mut t = Vec2::ZERO;
-            for k in level.edges(i) {
-                t += edges.seen(k, z[level.neighbors[k] as usize]);
-            }
-            let old = z[i];
-            z[i] = normalize_or(t + delta[i], old);
-            delta[i] = momentum * (t - old);
-        }
-    }
 }
 
 /// What a solve did.
@@ -370,66 +273,6 @@ fn sweep_soft(
             },
         );
     }
-}
-
-/// The Galerkin cold start: up the levels aligning and coarsening, down again rotating and sweeping.
-fn cold_start(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32) -> Vec<Vec2> {
-    let levels = &graph.levels;
-    let mut coarse_edges: Vec<Edges> = Vec::new();
-    let mut states: Vec<(Vec<Vec2>, Vec<f32>)> = Vec::new();
-    for (n, level) in levels.iter().enumerate() {
-        let edges = if n == 0 { fine } else { &coarse_edges[n - 1] };
-        let (mut z, mut sigma) = (vec![Vec2::X; level.len()], vec![1.0; level.len()]);
-        if let Some(coarse) = levels.get(n + 1) {
-            align(level, edges, &mut z, &mut sigma);
-            let coarsened = coarsen(level, edges, &z, &sigma, coarse);
-            coarse_edges.push(coarsened);
-        }
-        states.push((z, sigma));
-    }
-    let mut y: Vec<Vec2> = Vec::new();
-    for (n, level) in levels.iter().enumerate().rev() {
-        let edges = if n == 0 { fine } else { &coarse_edges[n - 1] };
-        let (z, sigma) = &mut states[n];
-        if n + 1 < levels.len() {
-            prolong(level, &y, sigma, z);
-        }
-        let sweeps = if n == 0 { 0 } else { level_sweeps };
-        for s in 0..sweeps {
-            let omega = if s == 0 { 1.0 } else { omega };
-            sweep(level, edges, &[], z, Relaxation::Turn { omega });
-        }
-        y = std::mem::take(z);
-    }
-    y
-}
-
-fn solve_local(graph: &SurfaceGraph, edges: &Edges, sums: &[f32], rule: &LocalRule) -> Solution {
-    let level = graph.mesh_level();
-    let mut z: Vec<Vec2> = graph
-        .first_vertices()
-        .into_iter()
-        .map(|id| phasor(hash_turns(id)))
-        .collect();
-    let mut delta = vec![Vec2::ZERO; z.len()];
-    let mut before = f32::INFINITY;
-    let mut sweeps = 0;
-    while sweeps < rule.max_sweeps {
-        let colors = match rule.skip_last_third && sweeps % 2 == 1 {
-            true => level.colors() - level.colors() / 3,
-            false => level.colors(),
-        };
-        sweep_local(level, edges, &mut z, &mut delta, rule.momentum, colors);
-        sweeps += 1;
-        if rule.epsilon > 0.0 {
-            let now = energy(level, edges, sums, &z);
-            if (before - now).abs() < rule.epsilon * before {
-                break;
-            }
-            before = now;
-        }
-    }
-    Solution { phasors: z, sweeps }
 }
 
 /// The phasors of all nodes outside the class that is being written.

@@ -1,0 +1,229 @@
+//! The life of a pattern: it is made when its mesh and its field are there, made anew when these are others, fails, and
+//! goes with its entity or its field.
+
+use super::{Changed, Inputs, Pattern, PatternedItem, Phase, Tools, graphs::pack, inputs::update_inputs};
+use crate::{
+    error::PatternError,
+    field::{DirectionField, PatternSpace, Symmetry},
+    surface::{PatternMesh, Surface, SurfaceState},
+    wave::{
+        arena::{PatternArena, Pool},
+        layout::FLAG_READY,
+        pack::{PackedGraph, PatternRanges, RECORD_WORDS},
+        settings::ColdStart,
+        state::{PatternFailed, PatternState, RestartPattern},
+    },
+};
+use bevy::{
+    ecs::{lifecycle::HookContext, world::DeferredWorld},
+    mesh::MeshTag,
+    prelude::*,
+};
+use std::sync::Arc;
+
+impl Pattern {
+    fn new(
+        graph: Arc<PackedGraph>,
+        surface: &Surface,
+        inputs: Inputs,
+        tools: &mut Tools,
+    ) -> Result<Self, PatternError> {
+        let local = matches!(tools.settings.cold_start, ColdStart::Local(_));
+        let (ranges, record, levels) = PatternRanges::new(&graph, &mut tools.arena, inputs.linear.is_some(), local)?;
+        let pattern = Self {
+            ranges,
+            record,
+            levels,
+            graph,
+            topology: surface.topology,
+            geometry: surface.geometry,
+            inputs,
+            directions: Vec::new(),
+            uploaded: false,
+            task: None,
+            outdated: false,
+            phase: Phase::Waiting,
+        };
+        pattern.write_record(&mut tools.arena);
+        let levels = pattern.ranges.record + RECORD_WORDS;
+        tools.arena.write(Pool::Surface, levels, &pattern.levels);
+        Ok(pattern)
+    }
+}
+
+pub(super) fn update_pattern(
+    item: &mut PatternedItem,
+    tools: &mut Tools,
+    fresh: bool,
+) -> Result<Changed, PatternError> {
+    let symmetry = item
+        .symmetry
+        .as_ref()
+        .map_or_else(|| item.field.default_symmetry(), |symmetry| **symmetry);
+    if let (Some(style), Symmetry::Line) = (item.needs_vector, symmetry) {
+        return Err(PatternError::NeedsVectorSymmetry(style.0));
+    }
+    // What a style refused starts anew once the style or the field allows it.
+    let refused = matches!(&*item.state, PatternState::Failed(PatternError::NeedsVectorSymmetry(_)));
+    let fresh = fresh || refused;
+    let touched = item.mesh.is_changed()
+        || item.field.is_changed()
+        || item.frequency.is_changed()
+        || item.symmetry.as_ref().is_some_and(|symmetry| symmetry.is_changed())
+        || item.turn.as_ref().is_some_and(|turn| turn.is_changed())
+        || item.space.as_ref().is_some_and(|space| space.is_changed())
+        || matches!(&*item.state, PatternState::Failed(PatternError::MeshTagTaken));
+    let own_mesh = item.meshes.is_some_and(|meshes| meshes.drawn == item.mesh.0);
+    if !own_mesh && let Some(pattern) = item.pattern.as_mut() {
+        // The pattern belongs to the mesh that was there before.
+        pattern.phase = Phase::Waiting;
+        if pattern.is_drawn() {
+            pattern.record.flags &= !FLAG_READY;
+            pattern.write_record(&mut tools.arena);
+        }
+    }
+    let source = match item.meshes {
+        Some(meshes) if own_mesh => meshes.source.clone(),
+        _ => item.mesh.0.clone(),
+    };
+    let surface = match tools.cache.request(source.id()) {
+        SurfaceState::Ready(surface) => surface,
+        SurfaceState::Preparing => return Ok(Changed::Waiting),
+        SurfaceState::Failed(error) => {
+            if own_mesh {
+                // What is drawn must be the user's mesh, not a copy of what it was.
+                tools.commands.entity(item.entity).try_insert(Mesh3d(source));
+            }
+            return Err(error);
+        }
+    };
+    if let PatternState::Failed(error) = &*item.state
+        && !touched
+        && !fresh
+        && item
+            .pattern
+            .as_ref()
+            .is_none_or(|pattern| pattern.geometry == surface.geometry)
+    {
+        return Err(error.clone());
+    }
+    let graph = pack(&surface, source.id(), tools)?;
+    let in_world = item.space.as_ref().is_some_and(|space| **space == PatternSpace::World);
+    let linear = item
+        .transform
+        .filter(|_| in_world)
+        .map(|transform| transform.affine().matrix3);
+    let inputs = Inputs {
+        symmetry,
+        turn: item.turn.as_ref().map_or(0.0, |turn| turn.0),
+        linear,
+    };
+    let current = item.pattern.as_ref().is_some_and(|pattern| {
+        pattern.topology == surface.topology && pattern.inputs.linear.is_some() == linear.is_some()
+    });
+    if !current || fresh || !own_mesh {
+        // The tag of a cloned pattern is nobody's.
+        let cloned = item.meshes.is_some() && item.pattern.is_none();
+        let taken = item.tag.is_some_and(|tag| {
+            tag.0 != 0
+                && !cloned
+                && item
+                    .pattern
+                    .as_ref()
+                    .is_none_or(|pattern| pattern.ranges.record != tag.0)
+        });
+        if taken {
+            return Err(PatternError::MeshTagTaken);
+        }
+        let mut pattern = Pattern::new(graph, &surface, inputs, tools)?;
+        // Bad input leaves a pattern that waits for a better one.
+        let updated = update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, true);
+        let tag = pattern.ranges.record;
+        let meshes = PatternMesh {
+            source: source.clone(),
+            drawn: surface.drawn.clone(),
+            graph: surface.graph.clone(),
+        };
+        if let Some(old) = item.pattern.as_mut() {
+            old.phase = Phase::Waiting;
+            old.record.flags &= !FLAG_READY;
+        }
+        let (entity, drawn) = (item.entity, Mesh3d(surface.drawn.clone()));
+        tools.commands.queue(move |world: &mut World| {
+            match world.get_entity_mut(entity) {
+                // Insertion replaces the old pattern, whose hook gives back its ranges.
+                Ok(mut entity) if entity.contains::<DirectionField>() => {
+                    entity.insert((pattern, MeshTag(tag), drawn, meshes));
+                }
+                _ => pattern.ranges.free(&mut world.resource_mut::<PatternArena>()),
+            }
+        });
+        updated?;
+        item.state.set_if_neq(PatternState::Preparing);
+        return Ok(Changed::Waiting);
+    }
+    let Some(mut pattern) = item.pattern.take() else {
+        return Ok(Changed::Waiting);
+    };
+    let changed = update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, false);
+    item.pattern = Some(pattern);
+    changed
+}
+
+/// Says once why a pattern cannot be drawn, and draws the base material.
+pub(super) fn fail(item: &mut PatternedItem, tools: &mut Tools, error: PatternError) {
+    let failed = PatternState::Failed(error.clone());
+    if *item.state == failed {
+        return;
+    }
+    *item.state = failed;
+    error!("no pattern on {}: {error}", item.entity);
+    if let Some(pattern) = item.pattern.as_mut() {
+        pattern.record.flags &= !FLAG_READY;
+        pattern.phase = Phase::Waiting;
+        pattern.write_record(&mut tools.arena);
+    }
+    tools.commands.trigger(PatternFailed {
+        entity: item.entity,
+        error,
+    });
+}
+
+/// Solves a pattern from nothing.
+pub(crate) fn restart(event: On<RestartPattern>, mut patterns: Query<&mut Pattern>) {
+    if let Ok(mut pattern) = patterns.get_mut(event.entity)
+        && pattern.phase != Phase::Waiting
+    {
+        pattern.phase = Phase::Cold;
+    }
+}
+
+/// An entity without a field has its own mesh and no pattern.
+pub(crate) fn remove_pattern(
+    event: On<Remove, DirectionField>,
+    patterns: Query<(Option<&PatternMesh>, Has<Pattern>)>,
+    mut commands: Commands,
+) {
+    let (Ok((meshes, has_pattern)), Ok(mut entity)) = (patterns.get(event.entity), commands.get_entity(event.entity))
+    else {
+        return;
+    };
+    entity.try_remove::<PatternState>();
+    if has_pattern {
+        entity.try_remove::<(Pattern, MeshTag)>();
+    }
+    if let Some(meshes) = meshes {
+        entity.try_insert(Mesh3d(meshes.source.clone()));
+        entity.try_remove::<PatternMesh>();
+    }
+}
+
+pub(super) fn release(mut world: DeferredWorld, context: HookContext) {
+    let Some(mut pattern) = world.get_mut::<Pattern>(context.entity) else {
+        return;
+    };
+    let mut ranges = std::mem::take(&mut pattern.ranges);
+    if let Some(mut arena) = world.get_resource_mut::<PatternArena>() {
+        ranges.free(&mut arena);
+    }
+}
