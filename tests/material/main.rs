@@ -32,7 +32,11 @@ struct Scene {
 
 impl Scene {
     fn new() -> Self {
-        let mut stage = Stage::new();
+        let mut stage = Stage::new((
+            StripeMaterialPlugin,
+            MaterialPlugin::<Probe>::default(),
+            PatternMaterialPlugin::<Probe>::default(),
+        ));
         probe::add_shader(&mut stage.app);
         let plane = Pattern::plane(2.0, 4, Vec3::X, 2.0);
         let axis = Vec3::new(0.15, 1.0, 0.1).normalize();

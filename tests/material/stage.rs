@@ -1,7 +1,7 @@
 //! A headless app that draws one small scene after the other, and fails if a pipeline does not compile.
 
 use bevy::{
-    app::{PluginGroupBuilder, PluginsState},
+    app::{PluginGroupBuilder, Plugins, PluginsState},
     camera::{Hdr, RenderTarget},
     core_pipeline::tonemapping::{DebandDither, Tonemapping},
     light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap},
@@ -18,10 +18,7 @@ use bevy::{
     window::ExitCondition,
     winit::WinitPlugin,
 };
-use bevy_field_patterns::material::{PatternMaterialPlugin, StripeMaterialPlugin};
 use std::{path::Path, time::Duration};
-
-use crate::probe::Probe;
 
 /// A picture in linear colours.
 pub struct Picture {
@@ -145,14 +142,10 @@ fn headless_plugins() -> PluginGroupBuilder {
 }
 
 impl Stage {
-    pub fn new() -> Self {
+    pub fn new<M>(plugins: impl Plugins<M>) -> Self {
         let mut app = App::new();
-        app.add_plugins((
-            headless_plugins(),
-            StripeMaterialPlugin,
-            MaterialPlugin::<Probe>::default(),
-            PatternMaterialPlugin::<Probe>::default(),
-        ))
+        app.add_plugins(headless_plugins())
+        .add_plugins(plugins)
         .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(16)))
         .insert_resource(ClearColor(Color::BLACK))
         .insert_resource(DirectionalLightShadowMap { size: 1024 })
