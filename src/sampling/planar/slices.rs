@@ -24,8 +24,10 @@ use crate::error::PatternError;
 use bevy::{math::DVec2, platform::time::Instant};
 
 /// Samples whose excess is summed up before it is acted on.
-const NEIGHBORHOOD: usize = 20;
-/// Deviation from the number of parts that a rail should have, above which samples come or go there.
+const NEIGHBORHOOD: usize = 10;
+/// Border edges whose excess is summed up before it is acted on.
+const BORDER_NEIGHBORHOOD: usize = 4;
+/// Excess of border samples, above which one goes.
 const BORDER_DEVIATION: f64 = 0.7;
 
 /// What the last slice took.
@@ -141,15 +143,20 @@ impl SliceSampler {
         for (track, vertex) in tracks.iter_mut().zip(&self.mesh.vertices) {
             track.origin = vertex.p;
         }
-        let removed = adapt(&mut sampler, self.count, &mut tracks)?;
-        for _ in 0..steps {
+        adapt(&mut sampler, self.count, &mut tracks)?;
+        for step in 1..=steps {
             sampler.step(&self.sampling)?;
+            if step == steps / 2 {
+                // Once more: in the first round the errors are too large to be measured well.
+                adapt(&mut sampler, self.count, &mut tracks)?;
+            }
         }
         sampler.rescale();
         self.scale = sampler.inserter.metric.scale;
         self.random = sampler.inserter.random;
         self.relaxer = sampler.relaxer;
         self.mesh = sampler.mesh;
+        let removed = self.tracks.len() - tracks.len();
         self.tracks = tracks;
         let inserted = self.name_new();
         Ok(SliceReport {
@@ -197,8 +204,8 @@ impl SliceSampler {
 }
 
 /// Takes the new metric, and moves samples from where they are too many to where they are too few. Tracks go with the
-/// vertices; those of new ones, at the end, are missing. Returns how many samples have gone.
-fn adapt(sampler: &mut Sampler, count: usize, tracks: &mut Vec<Track>) -> Result<usize, PatternError> {
+/// vertices; those of new ones, at the end, are missing.
+fn adapt(sampler: &mut Sampler, count: usize, tracks: &mut Vec<Track>) -> Result<(), PatternError> {
     let mesh = &mut sampler.mesh;
     for (index, vertex) in mesh.vertices.iter_mut().enumerate() {
         vertex.m = sampler.inserter.metric.at(vertex.p, index)?;
@@ -216,15 +223,12 @@ fn adapt(sampler: &mut Sampler, count: usize, tracks: &mut Vec<Track>) -> Result
     for &t in &changes.divide {
         sampler.inserter.insert(mesh, t, |_, _| ())?;
     }
-    let before = mesh.vertices.len();
     if let Some(kept) = mesh.remove(&changes.remove) {
         let old = std::mem::take(tracks);
         tracks.extend(kept.iter().filter_map(|&v| old.get(v as usize)));
     }
-    let removed = before - mesh.vertices.len();
     mesh.flip_violated();
-    sampler.inserter.exactly(mesh, count)?;
-    Ok(removed)
+    sampler.inserter.exactly(mesh, count)
 }
 
 /// Inserts a border sample in the middle of a border edge.
@@ -247,7 +251,7 @@ fn halve(
 }
 
 impl Changes {
-    /// Border samples: each rail gets the number of parts that its metric length asks for.
+    /// Border samples: along each rail the excess of border edges goes, its lack is filled.
     fn on_border(&mut self, mesh: &Triangulation, rails: &[[DVec2; 2]]) {
         let mut edges: Vec<Vec<([u32; 2], f64)>> = vec![Vec::new(); rails.len()];
         let mut around = vec![0.0; mesh.vertices.len()];
@@ -263,24 +267,26 @@ impl Changes {
         let count = mesh.vertices.len() as f64;
         let spacing = HEX_DISTANCE * (count / (count - 0.5 * on_border)).sqrt();
         for (mut edges, rail) in edges.into_iter().zip(0..) {
-            let length: f64 = edges.iter().map(|edge| edge.1).sum();
-            let excess = edges.len() as f64 - (length / spacing).max(1.0);
-            edges.sort_by(|a, b| b.1.total_cmp(&a.1));
-            let mut inner: Vec<u32> = edges.iter().map(|edge| edge.0[0]).collect();
-            inner.retain(|&v| mesh.places[v as usize] == Place::Rail(rail));
-            inner.sort_by(|&a, &b| around[a as usize].total_cmp(&around[b as usize]));
-            let (mut splits, mut removals) = (0, 0);
-            if excess < -BORDER_DEVIATION {
-                splits = (-excess).round() as usize;
-            } else if excess > BORDER_DEVIATION {
-                removals = excess.round() as usize;
-            } else if let (Some(longest), Some(&shortest)) = (edges.first(), inner.first()) {
-                // The number is right, but not everywhere.
-                let uneven = longest.1 > 1.5 * spacing && around[shortest as usize] < 1.5 * spacing;
-                (splits, removals) = (usize::from(uneven), usize::from(uneven));
+            let [start, end] = rails[rail as usize];
+            let along = |v: u32| (mesh.vertex(v).p - start).dot(end - start);
+            edges.sort_by(|a, b| along(a.0[0]).total_cmp(&along(b.0[0])));
+            let mut excess = 0.0;
+            for group in edges.chunks_mut(BORDER_NEIGHBORHOOD) {
+                excess += group.iter().map(|edge| 1.0 - edge.1 / spacing).sum::<f64>();
+                if excess < -BORDER_DEVIATION {
+                    group.sort_by(|a, b| b.1.total_cmp(&a.1));
+                    let splits = ((-excess).round() as usize).min(group.len());
+                    self.split.extend(group.iter().take(splits).map(|&(ends, _)| (ends, rail)));
+                    excess += splits as f64;
+                } else if excess > BORDER_DEVIATION {
+                    let mut inner: Vec<u32> = group.iter().map(|edge| edge.0[0]).collect();
+                    inner.retain(|&v| mesh.places[v as usize] == Place::Rail(rail));
+                    inner.sort_by(|&a, &b| around[a as usize].total_cmp(&around[b as usize]));
+                    inner.truncate(excess.round() as usize);
+                    excess -= inner.len() as f64;
+                    self.remove.extend(inner);
+                }
             }
-            self.split.extend(edges.iter().take(splits).map(|&(ends, _)| (ends, rail)));
-            self.remove.extend(inner.iter().take(removals));
         }
     }
 
