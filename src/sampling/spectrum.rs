@@ -54,7 +54,8 @@ pub fn power_spectrum(points: &[DVec2], min: DVec2, max: DVec2, half: u32) -> Po
 
 impl PowerSpectrum {
     /// The mean power of the frequencies up to half of that of the mean spacing; 1 for white noise. Frequencies are
-    /// measured in the plane in which `metric` is isotropic: identity, or the constant metric of the set.
+    /// measured in the plane in which `metric` is isotropic: identity, or the constant metric of the set. Those on the two
+    /// axes are left out: there the power is that of the border, along which samples lie in line.
     pub fn low_frequency(&self, metric: SymmetricDMat2) -> f32 {
         self.band(metric, 0.0, 0.5)
     }
@@ -80,7 +81,7 @@ impl PowerSpectrum {
         for (&power, k) in self.power.iter().zip(frequencies) {
             let k = k / self.extent;
             let squared = k.dot(inverse * k) / mean;
-            if k != DVec2::ZERO && squared >= from * from && squared < to * to {
+            if k.x != 0.0 && k.y != 0.0 && squared >= from * from && squared < to * to {
                 sum += f64::from(power);
                 count += 1.0;
             }

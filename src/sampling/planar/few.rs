@@ -9,7 +9,7 @@ use super::{
     options::PlanarSampling,
     raster::{Nearest, Raster},
     sampler::{HEX_DISTANCE, Plan},
-    samples::{PlanarSamples, edges_of},
+    samples::PlanarSamples,
     triangulation::{Triangulation, Vertex},
 };
 use crate::{
@@ -49,7 +49,7 @@ pub(super) fn few_samples(
     }
     let relaxed = start.elapsed().as_secs_f32() * 1e3;
     let triangles = triangles(plan, &samples)?;
-    let mut edges = edges_of(&triangles);
+    let mut edges = edges(&triangles);
     edges.extend(touching(&raster, &nearest(&raster, &samples)));
     edges.sort_unstable();
     edges.dedup();
@@ -176,6 +176,12 @@ fn triangle_at(mesh: &Triangulation, p: DVec2) -> u32 {
         .map(|t| (depth(t), t as u32))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map_or(0, |(_, t)| t)
+}
+
+/// The edges of the triangles, but for those from a sample to itself.
+fn edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    sides.filter(|[a, b]| a != b).map(|[a, b]| [a.min(b), a.max(b)]).collect()
 }
 
 /// Samples whose cells meet between two points of the raster.

@@ -7,7 +7,7 @@
 
 use super::{
     metric::{det, dot},
-    triangulation::{Side, Triangulation, Vertex},
+    triangulation::{Side, Triangulation, Vertex, next, previous},
 };
 
 /// Flips after which the star of an inserted vertex is left as it is.
@@ -42,17 +42,17 @@ impl Triangulation {
         if beyond == Side::NONE {
             return false;
         }
-        let [a, b, c, d] = self.quad(side, beyond).map(|v| &self.vertices[v as usize]);
+        let [a, b, c, d] = self.quad(side, beyond);
         violated(a, b, c, d)
     }
 
     /// The corners a, b, c of a triangle from that opposite to `side`, and d beyond it.
-    #[inline]
-    pub(super) fn quad(&self, side: Side, beyond: Side) -> [u32; 4] {
-        use super::triangulation::{next, previous};
-        let v = self.triangles[side.triangle()].v;
+    #[inline(always)]
+    pub(super) fn quad(&self, side: Side, beyond: Side) -> [&Vertex; 4] {
+        let v = &self.triangles[side.triangle()].v;
         let d = self.triangles[beyond.triangle()].v[beyond.k()];
-        [v[side.k()], v[next(side.k())], v[previous(side.k())], d]
+        let (a, b, c) = (v[side.k()], v[next(side.k())], v[previous(side.k())]);
+        [self.vertex(a), self.vertex(b), self.vertex(c), self.vertex(d)]
     }
 
     /// Flips the sides opposite to a new vertex (corner 0 of all triangles of its star) until none is violated. Calls
@@ -63,7 +63,7 @@ impl Triangulation {
         stack.extend(star.iter().map(|&t| Side::new(t, 0)));
         let mut flips = 0;
         while let Some(side) = stack.pop() {
-            let [a, b, c] = self.corners(side.triangle());
+            let [&a, &b, &c] = self.corners(side.triangle());
             let beyond = self.triangles[side.triangle()].n[0];
             if beyond != Side::NONE && flips < STAR_CAP {
                 let d = self.vertices[self.triangles[beyond.triangle()].v[beyond.k()] as usize];

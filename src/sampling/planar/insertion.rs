@@ -57,16 +57,14 @@ impl<'a> Inserter<'a> {
         let floor = largest * largest;
         let mut queue = Buckets::new(floor);
         for t in 0..mesh.triangles.len() as u32 {
-            let area = mesh.metric_area(t as usize);
-            queue.push(t, area * area);
+            queue.push(t, mesh.metric_area_squared(t as usize));
         }
         while mesh.vertices.len() < count {
             let Some((t, bucket)) = queue.pop() else {
                 break;
             };
             // The triangle may have changed since.
-            let area = mesh.metric_area(t as usize);
-            let area_squared = area * area;
+            let area_squared = mesh.metric_area_squared(t as usize);
             if area_squared <= floor {
                 continue;
             }
@@ -88,7 +86,7 @@ impl<'a> Inserter<'a> {
             let Some(t) = queue.pop_front() else {
                 break;
             };
-            if mesh.metric_area(t as usize) <= largest {
+            if mesh.metric_area_squared(t as usize) <= floor {
                 continue;
             }
             self.insert(mesh, t, |t, area_squared| {
@@ -118,8 +116,9 @@ impl<'a> Inserter<'a> {
 
     /// Inserts a vertex near the barycentre of a triangle. `done` is told each new triangle and its squared metric area.
     #[inline]
-    fn insert(&mut self, mesh: &mut Triangulation, t: u32, done: impl FnMut(u32, f64)) -> Result<(), PatternError> {
-        let [a, b, c] = mesh.corners(t as usize).map(|corner| corner.p);
+    pub(super) fn insert(&mut self, mesh: &mut Triangulation, t: u32, done: impl FnMut(u32, f64)) -> Result<(), PatternError> {
+        let [a, b, c] = mesh.corners(t as usize);
+        let (a, b, c) = (a.p, b.p, c.p);
         if (b - a).perp_dot(c - a) <= self.smallest {
             return Ok(());
         }

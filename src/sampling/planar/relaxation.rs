@@ -94,7 +94,7 @@ impl Relaxer {
         for (t, triangle) in mesh.triangles.iter().enumerate() {
             let corners = mesh.corners(t);
             let m = (corners[0].m + corners[1].m + corners[2].m) * (1.0 / 3.0);
-            let p = corners.map(|corner| corner.p);
+            let p = [corners[0].p, corners[1].p, corners[2].p];
             let Some((weights, double_area)) = circumcentre(p, &m) else {
                 continue;
             };

@@ -106,7 +106,7 @@ impl Triangulation {
         if beyond == Side::NONE {
             return false;
         }
-        let [a, b, c, d] = self.quad(side, beyond).map(|v| &self.vertices[v as usize]);
+        let [a, b, c, d] = self.quad(side, beyond);
         convex(a, b, c, d)
     }
 

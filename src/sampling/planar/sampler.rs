@@ -32,7 +32,7 @@ const CROWDED: f64 = 0.5 * HEX_DISTANCE;
 /// How often that is tried.
 const CLEANUPS: u32 = 4;
 /// Vertices, above which they are reordered during insertion.
-const REORDER: usize = 16_384;
+const REORDER: usize = 8192;
 
 /// Samples a planar domain in a metric.
 ///
@@ -148,6 +148,7 @@ impl<'a> Plan<'a> {
     pub(super) fn insert(&self, parts: &[u32], sampling: &PlanarSampling) -> Result<Sampler<'a>, PatternError> {
         let mut inserter = self.inserter(sampling.seed);
         let mut mesh = self.corners()?;
+        mesh.reserve(self.count);
         mesh.flip_violated();
         self.lengths
             .insert(&mut mesh, &self.ground, parts, &self.metric, &mut inserter.random)?;
@@ -156,7 +157,7 @@ impl<'a> Plan<'a> {
         match sampling.insertion {
             Insertion::LargestFirst => {
                 // In stages, so that neighbours stay near each other in memory.
-                for stage in [cap / 16, cap / 4] {
+                for stage in [cap / 8, cap / 4, cap / 2] {
                     if exact && stage > REORDER.max(mesh.vertices.len()) {
                         inserter.exactly(&mut mesh, stage)?;
                         mesh.reorder();
@@ -211,7 +212,7 @@ pub(super) struct Sampler<'a> {
     pub(super) rails: Vec<[DVec2; 2]>,
     pub(super) relaxer: Relaxer,
     /// Whether the count rules, not the metric.
-    exact: bool,
+    pub(super) exact: bool,
 }
 
 impl Sampler<'_> {
@@ -245,7 +246,7 @@ impl Sampler<'_> {
     }
 
     /// Puts samples that are crowded into the largest triangles, so that the count stays.
-    fn clean_up(&mut self) -> Result<(), PatternError> {
+    pub(super) fn clean_up(&mut self) -> Result<(), PatternError> {
         let count = self.mesh.vertices.len();
         for _ in 0..CLEANUPS {
             let crowded = self.mesh.crowded(CROWDED);

@@ -22,7 +22,7 @@ pub struct PlanarSamples {
     /// The samples at the corners of each triangle, counter-clockwise. Where the samples are too few to keep the domain's
     /// corners, a corner is named by the sample whose cell it lies in: then a sample can be named twice in a triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Samples whose cells touch, as (smaller, larger) index, ascending, each pair once.
+    /// Samples whose cells touch, as (smaller, larger) index, each pair once, in no order.
     pub edges: Vec<[u32; 2]>,
     /// The factor between the user's metric and [`metrics`](Self::metrics).
     pub scale: f64,
@@ -47,13 +47,12 @@ impl PlanarSamples {
 
     /// The samples of a triangulation whose vertices are samples.
     pub(super) fn from_mesh(mesh: &Triangulation, scale: f64) -> Self {
-        let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|triangle| triangle.v).collect();
         Self {
             positions: mesh.vertices.iter().map(|vertex| vertex.p).collect(),
             metrics: mesh.vertices.iter().map(|vertex| vertex.m).collect(),
             boundary: mesh.places.iter().map(|place| *place != Place::Free).collect(),
-            edges: edges_of(&triangles),
-            triangles,
+            edges: mesh.edges(),
+            triangles: mesh.triangles.iter().map(|triangle| triangle.v).collect(),
             scale,
             ..Self::default()
         }
@@ -100,28 +99,18 @@ impl PlanarSamples {
         }
         let mut end = offsets.clone();
         let mut neighbors = vec![0; 2 * self.edges.len()];
-        let mut put = |from: u32, to: u32| {
-            let slot = &mut end[from as usize];
-            neighbors[*slot as usize] = to;
-            *slot += 1;
-        };
-        // The smaller neighbours of each sample first: both passes are ascending.
-        self.edges.iter().for_each(|&[a, b]| put(b, a));
-        self.edges.iter().for_each(|&[a, b]| put(a, b));
+        for &[a, b] in &self.edges {
+            for (from, to) in [(a, b), (b, a)] {
+                let slot = &mut end[from as usize];
+                neighbors[*slot as usize] = to;
+                *slot += 1;
+            }
+        }
+        for ring in offsets.windows(2) {
+            neighbors[ring[0] as usize..ring[1] as usize].sort_unstable();
+        }
         (offsets, neighbors)
     }
-}
-
-/// The edges of triangles, each once, ascending; degenerate ones left out.
-pub(super) fn edges_of(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
-    let mut keys: Vec<u64> = Vec::with_capacity(3 * triangles.len());
-    for &[a, b, c] in triangles {
-        let pairs = [[a, b], [b, c], [c, a]].into_iter().filter(|[a, b]| a != b);
-        keys.extend(pairs.map(|[a, b]| u64::from(a.min(b)) << 32 | u64::from(a.max(b))));
-    }
-    keys.sort_unstable();
-    keys.dedup();
-    keys.into_iter().map(|key| [(key >> 32) as u32, key as u32]).collect()
 }
 
 /// The metric in space, with the eigenvalue √(λ₁λ₂) along z.

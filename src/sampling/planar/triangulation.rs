@@ -2,7 +2,10 @@
 //!
 //! In: points and counter-clockwise triangles. Out: the same under splits, flips and merges, each O(1).
 
-use super::metric::det;
+use super::{
+    metric::det,
+    order::{argsort, inverse, morton_order},
+};
 use crate::error::PatternError;
 use bevy::math::DVec2;
 use glam_matrix_extras::SymmetricDMat2;
@@ -104,6 +107,13 @@ impl Triangulation {
         }
     }
 
+    /// Makes room for `count` vertices.
+    pub(super) fn reserve(&mut self, count: usize) {
+        self.vertices.reserve(count);
+        self.places.reserve(count);
+        self.triangles.reserve(2 * count);
+    }
+
     /// Tells the triangle beyond `side` that it now borders on `other`.
     #[inline]
     pub(super) fn link(&mut self, side: Side, other: Side) {
@@ -119,9 +129,15 @@ impl Triangulation {
     }
 
     /// The three corners of a triangle.
-    #[inline]
-    pub(super) fn corners(&self, t: usize) -> [Vertex; 3] {
-        self.triangles[t].v.map(|v| self.vertices[v as usize])
+    #[inline(always)]
+    pub(super) fn corners(&self, t: usize) -> [&Vertex; 3] {
+        let [a, b, c] = self.triangles[t].v;
+        [self.vertex(a), self.vertex(b), self.vertex(c)]
+    }
+
+    #[inline(always)]
+    pub(super) fn vertex(&self, v: u32) -> &Vertex {
+        &self.vertices[v as usize]
     }
 
     /// Inserts a free vertex into triangle `t`; it becomes corner 0 of the three new triangles, which are returned.
@@ -232,8 +248,8 @@ impl Triangulation {
     /// Twice the signed area of a triangle.
     #[inline]
     pub(super) fn double_area(&self, t: usize) -> f64 {
-        let [a, b, c] = self.corners(t).map(|vertex| vertex.p);
-        (b - a).perp_dot(c - a)
+        let [a, b, c] = self.corners(t);
+        (b.p - a.p).perp_dot(c.p - a.p)
     }
 
     /// Metric area of a triangle, with the mean of its corners' metrics.
@@ -241,6 +257,14 @@ impl Triangulation {
     pub(super) fn metric_area(&self, t: usize) -> f64 {
         let [a, b, c] = self.corners(t);
         (b.p - a.p).perp_dot(c.p - a.p) * det(&(a.m + b.m + c.m)).sqrt() / 6.0
+    }
+
+    /// The square of the metric area.
+    #[inline]
+    pub(super) fn metric_area_squared(&self, t: usize) -> f64 {
+        let [a, b, c] = self.corners(t);
+        let double_area = (b.p - a.p).perp_dot(c.p - a.p);
+        double_area * double_area * det(&(a.m + b.m + c.m)) / 36.0
     }
 
     /// The metric area of all triangles.
@@ -255,12 +279,19 @@ impl Triangulation {
         }
     }
 
-    /// Looks all metrics up again.
-    pub(super) fn update_metrics(&mut self, metric: &super::metric::ScaledMetric) -> Result<(), PatternError> {
-        for (index, vertex) in self.vertices.iter_mut().enumerate() {
-            vertex.m = metric.at(vertex.p, index)?;
+    /// All edges, each once, as (smaller, larger) vertex.
+    pub(super) fn edges(&self) -> Vec<[u32; 2]> {
+        let mut edges = Vec::with_capacity(self.vertices.len() + self.triangles.len());
+        for (triangle, t) in self.triangles.iter().zip(0..) {
+            for k in 0..3 {
+                let beyond = triangle.n[k];
+                if beyond == Side::NONE || beyond.triangle() > t {
+                    let (a, b) = (triangle.v[next(k)], triangle.v[previous(k)]);
+                    edges.push([a.min(b), a.max(b)]);
+                }
+            }
         }
-        Ok(())
+        edges
     }
 
     /// Stores vertices and triangles along a Morton curve, so that neighbours in space are neighbours in memory. Returns
@@ -273,14 +304,8 @@ impl Triangulation {
         for triangle in &mut self.triangles {
             triangle.v = triangle.v.map(|v| rank[v as usize]);
         }
-        let mut keys: Vec<u64> = self
-            .triangles
-            .iter()
-            .zip(0..)
-            .map(|(triangle, t)| u64::from(triangle.v[0].min(triangle.v[1]).min(triangle.v[2])) << 32 | t)
-            .collect();
-        keys.sort_unstable();
-        let triangle_order: Vec<u32> = keys.iter().map(|&key| key as u32).collect();
+        let least: Vec<u32> = self.triangles.iter().map(|triangle| triangle.v[0].min(triangle.v[1]).min(triangle.v[2])).collect();
+        let triangle_order = argsort(&least);
         let triangle_rank = inverse(&triangle_order);
         self.triangles = triangle_order.iter().map(|&t| self.triangles[t as usize]).collect();
         for side in self.triangles.iter_mut().flat_map(|triangle| &mut triangle.n) {
@@ -290,40 +315,4 @@ impl Triangulation {
         }
         order
     }
-}
-
-/// The indices of the vertices along a Morton (Z-order) curve of 2 × 16 bits.
-fn morton_order(vertices: &[Vertex]) -> Vec<u32> {
-    let min = vertices.iter().fold(DVec2::INFINITY, |min, vertex| min.min(vertex.p));
-    let max = vertices
-        .iter()
-        .fold(DVec2::NEG_INFINITY, |max, vertex| max.max(vertex.p));
-    let cells = 65535.0 / (max - min).max_element().max(f64::MIN_POSITIVE);
-    let mut keys: Vec<u64> = vertices
-        .iter()
-        .zip(0..)
-        .map(|(vertex, i)| {
-            let cell = (vertex.p - min) * cells;
-            (spread(cell.x as u64) | spread(cell.y as u64) << 1) << 32 | i
-        })
-        .collect();
-    keys.sort_unstable();
-    keys.iter().map(|&key| key as u32).collect()
-}
-
-/// Spreads the low 16 bits so that bit b comes to bit 2 b.
-fn spread(x: u64) -> u64 {
-    let x = (x | x << 8) & 0x00ff_00ff;
-    let x = (x | x << 4) & 0x0f0f_0f0f;
-    let x = (x | x << 2) & 0x3333_3333;
-    (x | x << 1) & 0x5555_5555
-}
-
-/// The inverse of a permutation.
-fn inverse(order: &[u32]) -> Vec<u32> {
-    let mut rank = vec![0; order.len()];
-    for (&item, i) in order.iter().zip(0..) {
-        rank[item as usize] = i;
-    }
-    rank
 }
