@@ -4,7 +4,7 @@
 //! tangent plane: they are those of M restricted to the plane of the two vectors.
 
 use bevy::prelude::*;
-use glam_matrix_extras::SymmetricMat3;
+use glam_matrix_extras::{SymmetricDMat3, SymmetricMat3};
 
 /// vᵀMv.
 #[inline(always)]
@@ -64,4 +64,16 @@ pub(super) fn mean(metrics: [&SymmetricMat3; 3]) -> SymmetricMat3 {
 #[inline(always)]
 pub(super) fn middle(a: &SymmetricMat3, b: &SymmetricMat3) -> SymmetricMat3 {
     blend([a, b, b], Vec3::new(0.5, 0.5, 0.0))
+}
+
+/// The determinant (that of `glam_matrix_extras` 0.3 has two terms exchanged).
+pub(super) fn determinant(m: &SymmetricDMat3) -> f64 {
+    m.m00 * (m.m11 * m.m22 - m.m12 * m.m12) - m.m01 * (m.m01 * m.m22 - m.m12 * m.m02)
+        + m.m02 * (m.m01 * m.m12 - m.m11 * m.m02)
+}
+
+/// The metric in f64.
+pub(super) fn wide(m: &SymmetricMat3) -> SymmetricDMat3 {
+    let [m00, m01, m02, m11, m12, m22] = [m.m00, m.m01, m.m02, m.m11, m.m12, m.m22].map(f64::from);
+    SymmetricDMat3::new(m00, m01, m02, m11, m12, m22)
 }

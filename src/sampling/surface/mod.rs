@@ -117,19 +117,26 @@ pub fn sample_surface(
     let start = Instant::now();
     progress.report(0.0)?;
     let (mut domain, scale) = Domain::new(graph, metrics, options.density)?;
-    let refined = refine::refine(&mut domain, EDGE, MAX_VERTICES * scale.count + graph.len());
+    let refined = refine::refine(&mut domain, std::env::var("EDGE").map_or(EDGE, |x| x.parse().unwrap()), MAX_VERTICES * scale.count + graph.len());
     progress.report(0.2)?;
+    eprintln!("refined {}", milliseconds(start)); //DBG
     let Scale { count, .. } = scale;
     let (mesh, darts) = first_set(&mut domain, count, options.seed);
     progress.report(0.4)?;
+    eprintln!("darts {}", milliseconds(start)); //DBG
     let mut sites: Vec<Site> = darts.vertices.iter().map(|&v| Site::at_vertex(&mesh, v)).collect();
     let mut labels = darts.labels;
     labels::exchange(&mesh, &sites, &mut labels, LAST_SWEEPS);
-    let initial = milliseconds(start);
+    let initial = milliseconds(start); let om: f32 = std::env::var("OM").map_or(RELAXATION, |x| x.parse().unwrap());
     for step in 0..options.steps {
-        sites = cells::step(&mesh, &sites, &labels, RELAXATION);
+        let t = Instant::now(); //DBG
+        sites = cells::step(&mesh, &sites, &labels, om);
+        let a = milliseconds(t); //DBG
         labels::claim(&mesh, &sites, &mut labels);
+        let b = milliseconds(t); //DBG
         labels::exchange(&mesh, &sites, &mut labels, SWEEPS);
+        eprintln!("step {a} claim {} exchange {}", b-a, milliseconds(t)-b); //DBG
+
         progress.report(0.4 + 0.5 * (step + 1) as f32 / options.steps as f32)?;
     }
     let relaxed = milliseconds(start);
@@ -153,7 +160,9 @@ pub fn sample_surface(
 fn first_set(domain: &mut Domain, count: usize, seed: u64) -> (FineMesh, darts::Darts) {
     /// Each round has four times the vertices.
     const ROUNDS: usize = 12;
+    let t = Instant::now(); //DBG
     let mut mesh = FineMesh::new(domain);
+    eprintln!("finemesh {}", milliseconds(t)); //DBG
     let mut darts = darts::throw(&mesh, count, seed);
     for _ in 0..ROUNDS {
         if darts.vertices.len() >= count {
