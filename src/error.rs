@@ -103,6 +103,9 @@ pub enum PatternError {
     /// The planar domain cannot be sampled.
     #[error("the domain cannot be sampled: {0}")]
     Domain(&'static str),
+    /// The crate was built without a feature that an option needs.
+    #[error("this needs the feature `{0}` of bevy_field_patterns; enable it in Cargo.toml")]
+    MissingFeature(&'static str),
     /// The work was stopped by its owner.
     #[error("the sampling was cancelled")]
     Cancelled,

@@ -9,11 +9,13 @@
 //! elsewhere a cut moves an amount of area and moment from one cell to another.
 
 use super::{
+    form,
     mesh::{FineMesh, NONE},
     walk::{Site, walk},
 };
 use crate::parallel;
 use bevy::{math::Vec4, prelude::*};
+use glam_matrix_extras::SymmetricMat3;
 
 /// Cells per task.
 const CELLS: usize = 512;
@@ -120,7 +122,8 @@ fn tip(sites: &[Site], corners: [Vec3; 3], own: u32, other: u32, lone: usize) ->
         return THIRD * Vec3::AXES[lone];
     };
     let (next, last) = ((lone + 1) % 3, (lone + 2) % 3);
-    let excess = |k: usize| own.square(corners[k]) - other.square(corners[k]);
+    let bisector = Bisector::new(own, other);
+    let excess = |k: usize| bisector.excess(corners[k]);
     let here = excess(lone).min(0.0);
     // Where the cells meet on the edge to corner k.
     let cut = |k: usize| {
@@ -140,10 +143,40 @@ fn share_of_three(sites: &[Site], corners: [Vec3; 3], labels: [u32; 3], own: u32
     let mut polygon = Polygon::TRIANGLE;
     for other in labels.into_iter().filter(|&other| other != own) {
         if let (Some(own), Some(other)) = (sites.get(own as usize), sites.get(other as usize)) {
-            polygon = polygon.clipped(Vec3::from_array(corners.map(|x| own.square(x) - other.square(x))));
+            let bisector = Bisector::new(own, other);
+            polygon = polygon.clipped(Vec3::from_array(corners.map(|x| bisector.excess(x))));
         }
     }
     polygon.moment()
+}
+
+/// The quadric on which a point is equally near to two sites: d_i² - d_j² in terms of the way from site i.
+struct Bisector {
+    origin: Vec3,
+    quadratic: SymmetricMat3,
+    linear: Vec3,
+    constant: f32,
+}
+
+impl Bisector {
+    #[inline(always)]
+    fn new(own: &Site, other: &Site) -> Self {
+        let apart = other.position - own.position;
+        let gradient = form::apply(&other.metric, apart);
+        Self {
+            origin: own.position,
+            quadratic: form::difference(&own.metric, &other.metric),
+            linear: 2.0 * gradient,
+            constant: -gradient.dot(apart),
+        }
+    }
+
+    /// How much farther a point is from the own site, squared, than from the other one.
+    #[inline(always)]
+    fn excess(&self, point: Vec3) -> f32 {
+        let way = point - self.origin;
+        form::square(&self.quadratic, way) + self.linear.dot(way) + self.constant
+    }
 }
 
 /// A part of a triangle: its corners as weights of the triangle's corners. Two cuts make five corners at most.
