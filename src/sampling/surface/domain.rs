@@ -6,6 +6,7 @@
 use super::form;
 use crate::{
     error::PatternError,
+    parallel,
     sampling::Density,
     surface::{
         SurfaceGraph,
@@ -135,7 +136,8 @@ pub(super) fn metric_area(graph: &SurfaceGraph, metrics: &[SymmetricMat3]) -> f6
         let (mu, mv) = (m * u, m * v);
         0.5 * (mu.dot(u) * mv.dot(v) - mu.dot(v).powi(2)).max(0.0).sqrt()
     };
-    graph.triangles.iter().map(area).sum()
+    let areas = parallel::collect(graph.triangles.len(), |t| area(&graph.triangles[t]));
+    areas.into_iter().sum()
 }
 
 /// Count of samples and factor of the metric.

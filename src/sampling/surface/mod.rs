@@ -113,7 +113,9 @@ const RELAXATION: f32 = 1.6;
 const SWEEPS: usize = 4;
 const LAST_SWEEPS: usize = usize::MAX;
 /// Steps on labels after those on a triangulation, whose flat triangles cut ridges.
-const POLISH: u32 = 5;
+const POLISH: u32 = 16;
+/// Of these the last ones, which go no farther than the centroid.
+const LAST: u32 = 2;
 
 /// Samples on the surface of a graph, even in the metric that is given for each vertex of the graph (in solver order).
 ///
@@ -140,7 +142,7 @@ pub fn sample_surface(
     let relaxed = match options.method {
         SurfaceMethod::Labels => job.labels(&mut domain, scale.count)?,
         SurfaceMethod::Triangulated => job.triangulated(&mut domain, scale.count)?,
-        SurfaceMethod::Paper => job.paper(&domain, scale.count)?,
+        SurfaceMethod::Paper => job.paper(&mut domain, scale.count)?,
     };
     let Relaxed { mesh, sites, labels, initial, steps } = job.settled(relaxed);
     let set = result::sample_set(graph, metrics, scale, &mesh, &sites, &labels);
@@ -197,21 +199,28 @@ impl Job<'_> {
         let mut samples = Triangulation::new(&mesh, sites, &triangles);
         samples.flip_all();
         let mut relaxed = self.relax(mesh, samples, Centroid::Kite)?;
-        for _ in 0..POLISH {
-            label_step(&mut relaxed, 1.0);
-            self.progress.report(0.95)?;
+        for step in 0..POLISH {
+            let relaxation = if step < POLISH - LAST { RELAXATION } else { 1.0 };
+            label_step(&mut relaxed, relaxation);
+            self.progress.report(0.9 + 0.1 * step as f32 / POLISH as f32)?;
         }
         Ok(relaxed)
     }
 
-    fn paper(&self, domain: &Domain, count: usize) -> Result<Relaxed, PatternError> {
-        let mesh = FineMesh::new(domain);
+    fn paper(&self, domain: &mut Domain, count: usize) -> Result<Relaxed, PatternError> {
         let target = match self.options.density {
             Density::Count(_) => Target::Count(count),
             Density::FillRate(rate) => Target::Fill(rate, MAX_SAMPLES as usize),
         };
-        let samples = paper::triangulation(&mesh, target, count)?;
-        self.relax(mesh, samples, Centroid::Star)
+        let (mesh, darts) = first_set(domain, count, self.options.seed);
+        let samples = paper::triangulation(&mesh, target, &darts.vertices)?;
+        let count = if let Target::Count(count) = target { count } else { samples.sites.len() };
+        let mut relaxed = self.relax(mesh, samples, Centroid::Star)?;
+        // Those that found no triangle go where the largest holes are.
+        if let Some(&first) = relaxed.sites.first() {
+            relaxed.sites.resize(count, first);
+        }
+        Ok(relaxed)
     }
 
     /// The steps on a triangulation; then its labels.

@@ -8,7 +8,7 @@
 use super::{
     form,
     mesh::FineMesh,
-    qem::coarse_mesh,
+    qem::{coarse_mesh, triangles_between},
     triangulation::Triangulation,
     walk::{Site, walk},
 };
@@ -40,8 +40,12 @@ pub(super) enum Target {
 }
 
 /// A triangulation of about the target's samples: no more than its count, and fewer only where triangles were left out.
-pub(super) fn triangulation(mesh: &FineMesh, target: Target, guess: usize) -> Result<Triangulation, PatternError> {
-    let (vertices, triangles) = coarse_mesh(mesh, (guess / COARSE).max(LEAST_COARSE))?;
+/// Where the coarse mesh has too many vertices already, as one of very many components has, it is made of the `darts`.
+pub(super) fn triangulation(mesh: &FineMesh, target: Target, darts: &[u32]) -> Result<Triangulation, PatternError> {
+    let (mut vertices, mut triangles) = coarse_mesh(mesh, (darts.len() / COARSE).max(LEAST_COARSE))?;
+    if vertices.len() > darts.len() {
+        (vertices, triangles) = (darts.to_vec(), triangles_between(mesh, darts)?);
+    }
     let sites: Vec<Site> = vertices.iter().map(|&v| Site::at_vertex(mesh, v)).collect();
     let mut samples = Triangulation::new(mesh, sites, &triangles);
     samples.flip_all();
