@@ -106,6 +106,9 @@ pub enum PatternError {
     /// An image cannot be read.
     #[error("the image cannot be read on the CPU: {0}")]
     Image(String),
+    /// The crate was built without a feature that an option needs.
+    #[error("this needs the feature `{0}` of bevy_field_patterns; enable it in Cargo.toml")]
+    MissingFeature(&'static str),
     /// The work was stopped by its owner.
     #[error("the sampling was cancelled")]
     Cancelled,

@@ -4,85 +4,190 @@
 //! Triangles whose corners have different labels are cut where d_i² = d_j², linear along their edges, so that areas and
 //! centroids are exact to second order on a mesh of few vertices per cell. For cells of this kind the *plain* centroid,
 //! weighted by metric area, is the minimiser for a fixed cell and metric; the centroid weighted by M drifts.
+//!
+//! A triangle is first shared out in thirds, each to the cell of a corner; that is exact where the labels are the same, and
+//! elsewhere a cut moves an amount of area and moment from one cell to another.
 
 use super::{
-    mesh::FineMesh,
+    form,
+    mesh::{FineMesh, NONE},
     walk::{Site, walk},
 };
-use crate::{parallel, surface::order::group};
-use bevy::prelude::*;
+use crate::parallel;
+use bevy::{math::Vec4, prelude::*};
+use glam_matrix_extras::SymmetricMat3;
 
 /// Cells per task.
-const CHUNK: usize = 256;
+const CELLS: usize = 512;
+/// Triangles per task.
+const TRIANGLES: usize = 8192;
+/// A third of a triangle, as [`Polygon::moment`] has it.
+const THIRD: f32 = 1.0 / 3.0;
 
 /// Moves every site `relaxation` times the way to its cell's centroid, and from there to the surface. Sites without a cell
 /// stay.
 pub(super) fn step(mesh: &FineMesh, sites: &[Site], labels: &[u32], relaxation: f32) -> Vec<Site> {
-    let count = sites.len() as u32;
-    let keys: Vec<u32> = labels.iter().map(|&label| label.min(count)).collect();
-    let (offsets, members) = group(&keys, sites.len() + 1);
-    parallel::collect_by(CHUNK, sites.len(), |i| {
-        let vertices = &members[offsets[i] as usize..offsets[i + 1] as usize];
-        let Some(centroid) = centroid(mesh, sites, labels, i as u32, vertices) else {
-            return sites[i];
-        };
-        let target = sites[i].position + relaxation * centroid;
-        back_to_surface(mesh, &sites[i], vertices, target)
+    let moments = moments(mesh, sites, labels);
+    parallel::collect_by(CELLS, sites.len(), |i| {
+        let (site, moment) = (&sites[i], moments[i]);
+        let centroid = moment.truncate() / moment.w;
+        if moment.w > 0.0 && centroid.is_finite() {
+            walk(mesh, site.triangle, site.position + relaxation * centroid)
+        } else {
+            *site
+        }
     })
 }
 
-/// The centroid of a cell, relative to its site.
-fn centroid(mesh: &FineMesh, sites: &[Site], labels: &[u32], own: u32, vertices: &[u32]) -> Option<Vec3> {
-    let (mut area, mut moment) = (0.0, Vec3::ZERO);
-    for &v in vertices {
-        for &t in mesh.faces(v as usize) {
-            let corners = mesh.triangles[t as usize];
-            let corner_labels = corners.map(|c| labels[c as usize]);
-            // Each triangle once, at the first of its corners that belongs to the cell.
-            if corners
-                .iter()
-                .zip(corner_labels)
-                .find(|(_, l)| *l == own)
-                .map(|(c, _)| *c)
-                != Some(v)
-            {
-                continue;
-            }
-            let (share, middle) = share(mesh, sites, t as usize, corner_labels, own);
-            let [a, b, c] = mesh.corners(t as usize);
-            area += share;
-            moment += share * (a * middle.x + b * middle.y + c * middle.z - sites[own as usize].position);
+/// Metric area (w) and first moment about the site (xyz) of each cell.
+pub(super) fn moments(mesh: &FineMesh, sites: &[Site], labels: &[u32]) -> Vec<Vec4> {
+    let mut moments = vec![Vec4::ZERO; sites.len()];
+    for (v, &label) in labels.iter().enumerate() {
+        if let Some(site) = sites.get(label as usize) {
+            moments[label as usize] += mesh.weights[v] * (mesh.positions[v] - site.position).extend(1.0);
         }
     }
-    (area > 0.0).then(|| moment / area).filter(|c| c.is_finite())
+    let tasks = mesh.triangles.len().div_ceil(TRIANGLES);
+    let transfers = parallel::collect_by(1, tasks, |task| {
+        let mut transfers = Vec::new();
+        let first = task * TRIANGLES;
+        for t in first..(first + TRIANGLES).min(mesh.triangles.len()) {
+            push_transfers(&mut transfers, mesh, sites, labels, t);
+        }
+        transfers
+    });
+    // In the order of the triangles, whoever cut them.
+    for Transfer { from, to, amount, about } in transfers.into_iter().flatten() {
+        let moved = |site: &Site| amount + (amount.w * (about - site.position)).extend(0.0);
+        if let Some(site) = sites.get(to as usize) {
+            moments[to as usize] += moved(site);
+        }
+        if let Some(site) = sites.get(from as usize) {
+            moments[from as usize] -= moved(site);
+        }
+    }
+    moments
 }
 
-/// The metric area of a cell's part of a triangle, and the weights of the triangle's corners at the part's centroid.
-pub(super) fn share(mesh: &FineMesh, sites: &[Site], triangle: usize, labels: [u32; 3], own: u32) -> (f32, Vec3) {
-    let mut polygon = Polygon::TRIANGLE;
-    let corners = mesh.corners(triangle);
-    for (k, &other) in labels.iter().enumerate() {
-        let Some(site) = sites.get(other as usize) else {
-            continue;
+/// Area and moment about a point that a cut moves from one cell to another.
+#[derive(Debug, Clone, Copy)]
+struct Transfer {
+    from: u32,
+    to: u32,
+    amount: Vec4,
+    about: Vec3,
+}
+
+/// What the cuts of a triangle move.
+#[inline(always)]
+fn push_transfers(transfers: &mut Vec<Transfer>, mesh: &FineMesh, sites: &[Site], labels: &[u32], triangle: usize) {
+    let vertices = mesh.triangles[triangle];
+    let [la, lb, lc] = vertices.map(|v| labels[v as usize]);
+    if la == lb && lb == lc {
+        return;
+    }
+    let corners = vertices.map(|v| mesh.positions[v as usize]);
+    let mut push = |from: u32, to: u32, weights: Vec3| {
+        let [a, b, c] = corners;
+        let moment = weights.y * (b - a) + weights.z * (c - a);
+        transfers.push(Transfer {
+            from,
+            to,
+            amount: mesh.areas[triangle] * moment.extend(weights.element_sum()),
+            about: a,
+        });
+    };
+    if la != lb && lb != lc && lc != la {
+        for (k, own) in [la, lb, lc].into_iter().enumerate() {
+            push(NONE, own, share_of_three(sites, corners, [la, lb, lc], own) - THIRD * Vec3::AXES[k]);
+        }
+    } else {
+        // One corner has another label than the two others.
+        let (lone, to, from) = if lb == lc {
+            (0, la, lb)
+        } else if lc == la {
+            (1, lb, lc)
+        } else {
+            (2, lc, la)
         };
-        if other != own && !labels[..k].contains(&other) {
-            let own = &sites[own as usize];
-            polygon = polygon.clipped(Vec3::from_array(corners.map(|x| own.square(x) - site.square(x))));
+        push(from, to, tip(sites, corners, to, from, lone) - THIRD * Vec3::AXES[lone]);
+    }
+}
+
+/// The part of a triangle around its corner `lone`, whose label differs from that of the two others: its part of the area,
+/// times the weights of the triangle's corners at its centroid.
+#[inline(always)]
+fn tip(sites: &[Site], corners: [Vec3; 3], own: u32, other: u32, lone: usize) -> Vec3 {
+    let (Some(own), Some(other)) = (sites.get(own as usize), sites.get(other as usize)) else {
+        return THIRD * Vec3::AXES[lone];
+    };
+    let (next, last) = ((lone + 1) % 3, (lone + 2) % 3);
+    let bisector = Bisector::new(own, other);
+    let excess = |k: usize| bisector.excess(corners[k]);
+    let here = excess(lone).min(0.0);
+    // Where the cells meet on the edge to corner k.
+    let cut = |k: usize| {
+        let there = excess(k);
+        if there > 0.0 { here / (here - there) } else { f32::from(u8::from(here < 0.0)) }
+    };
+    let (s, t) = (cut(next), cut(last));
+    let mut weights = Vec3::ZERO;
+    weights[lone] = 1.0 - THIRD * (s + t);
+    weights[next] = THIRD * s;
+    weights[last] = THIRD * t;
+    s * t * weights
+}
+
+/// A cell's part of a triangle whose corners all have different labels, as [`tip`] has it.
+fn share_of_three(sites: &[Site], corners: [Vec3; 3], labels: [u32; 3], own: u32) -> Vec3 {
+    let mut polygon = Polygon::TRIANGLE;
+    for other in labels.into_iter().filter(|&other| other != own) {
+        if let (Some(own), Some(other)) = (sites.get(own as usize), sites.get(other as usize)) {
+            let bisector = Bisector::new(own, other);
+            polygon = polygon.clipped(Vec3::from_array(corners.map(|x| bisector.excess(x))));
         }
     }
-    let (part, middle) = polygon.part_and_centroid();
-    (part * mesh.areas[triangle], middle)
+    polygon.moment()
+}
+
+/// The quadric on which a point is equally near to two sites: d_i² - d_j² in terms of the way from site i.
+struct Bisector {
+    origin: Vec3,
+    quadratic: SymmetricMat3,
+    linear: Vec3,
+    constant: f32,
+}
+
+impl Bisector {
+    #[inline(always)]
+    fn new(own: &Site, other: &Site) -> Self {
+        let apart = other.position - own.position;
+        let gradient = form::apply(&other.metric, apart);
+        Self {
+            origin: own.position,
+            quadratic: form::difference(&own.metric, &other.metric),
+            linear: 2.0 * gradient,
+            constant: -gradient.dot(apart),
+        }
+    }
+
+    /// How much farther a point is from the own site, squared, than from the other one.
+    #[inline(always)]
+    fn excess(&self, point: Vec3) -> f32 {
+        let way = point - self.origin;
+        form::square(&self.quadratic, way) + self.linear.dot(way) + self.constant
+    }
 }
 
 /// A part of a triangle: its corners as weights of the triangle's corners. Two cuts make five corners at most.
 #[derive(Clone, Copy)]
-pub(super) struct Polygon {
+struct Polygon {
     corners: [Vec3; 6],
     len: usize,
 }
 
 impl Polygon {
-    pub(super) const TRIANGLE: Self = Self {
+    const TRIANGLE: Self = Self {
         corners: [Vec3::X, Vec3::Y, Vec3::Z, Vec3::ZERO, Vec3::ZERO, Vec3::ZERO],
         len: 3,
     };
@@ -111,32 +216,15 @@ impl Polygon {
         }
     }
 
-    /// The part of the triangle's area, and the centroid.
-    fn part_and_centroid(&self) -> (f32, Vec3) {
+    /// The part of the triangle's area, times the weights of the triangle's corners at the centroid.
+    fn moment(&self) -> Vec3 {
         let Some((&first, rest)) = self.corners[..self.len].split_first() else {
-            return (0.0, Vec3::ZERO);
+            return Vec3::ZERO;
         };
-        let (mut sum, mut moment) = (0.0, Vec3::ZERO);
-        for pair in rest.windows(2) {
+        let part = |pair: &[Vec3]| {
             let (u, v) = (pair[0] - first, pair[1] - first);
-            let area = (u.x * v.y - u.y * v.x).abs();
-            sum += area;
-            moment += area / 3.0 * (first + pair[0] + pair[1]);
-        }
-        if sum > 0.0 { (sum, moment / sum) } else { (0.0, first) }
+            (u.x * v.y - u.y * v.x).abs() * THIRD * (first + pair[0] + pair[1])
+        };
+        rest.windows(2).map(part).sum()
     }
-}
-
-/// The point of the surface next to `target`: from the cell's vertex that is nearest in the site's metric, a walk.
-fn back_to_surface(mesh: &FineMesh, site: &Site, vertices: &[u32], target: Vec3) -> Site {
-    let around = Site {
-        position: target,
-        ..*site
-    };
-    let nearest = vertices
-        .iter()
-        .map(|&v| (around.square(mesh.positions[v as usize]), v))
-        .min_by(|a, b| a.0.total_cmp(&b.0));
-    let start = nearest.map_or(site.triangle, |(_, v)| mesh.faces(v as usize)[0]);
-    walk(mesh, start, target)
 }

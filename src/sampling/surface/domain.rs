@@ -6,6 +6,7 @@
 use super::form;
 use crate::{
     error::PatternError,
+    parallel,
     sampling::Density,
     surface::{
         SurfaceGraph,
@@ -14,7 +15,7 @@ use crate::{
     },
 };
 use bevy::{math::DVec3, prelude::*};
-use glam_matrix_extras::{SymmetricDMat3, SymmetricMat3};
+use glam_matrix_extras::SymmetricMat3;
 
 /// The most samples of one call; the refined mesh of so many needs about 4 GB.
 pub const MAX_SAMPLES: u32 = 1_000_000;
@@ -107,14 +108,9 @@ fn not_finite(index: usize) -> PatternError {
 
 /// Sylvester's criterion.
 fn is_positive(m: &SymmetricMat3) -> bool {
-    let m = wide(m);
+    let m = form::wide(m);
     let minor = m.m00 * m.m11 - m.m01 * m.m01;
-    m.m00 > 0.0 && minor > 0.0 && m.determinant() > 0.0
-}
-
-fn wide(m: &SymmetricMat3) -> SymmetricDMat3 {
-    let [m00, m01, m02, m11, m12, m22] = [m.m00, m.m01, m.m02, m.m11, m.m12, m.m22].map(f64::from);
-    SymmetricDMat3::new(m00, m01, m02, m11, m12, m22)
+    m.m00 > 0.0 && minor > 0.0 && form::determinant(&m) > 0.0
 }
 
 /// A metric times a factor; both may be far outside f32 as long as the product is not.
@@ -134,13 +130,14 @@ pub(super) fn scaled(m: &SymmetricMat3, factor: f64) -> SymmetricMat3 {
 pub(super) fn metric_area(graph: &SurfaceGraph, metrics: &[SymmetricMat3]) -> f64 {
     let area = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| graph.positions[v as usize].as_dvec3());
-        let [ma, mb, mc] = t.map(|v| wide(&metrics[v as usize]));
+        let [ma, mb, mc] = t.map(|v| form::wide(&metrics[v as usize]));
         let m = (ma + mb + mc) * (1.0 / 3.0);
         let (u, v) = (b - a, c - a);
         let (mu, mv) = (m * u, m * v);
         0.5 * (mu.dot(u) * mv.dot(v) - mu.dot(v).powi(2)).max(0.0).sqrt()
     };
-    graph.triangles.iter().map(area).sum()
+    let areas = parallel::collect(graph.triangles.len(), |t| area(&graph.triangles[t]));
+    areas.into_iter().sum()
 }
 
 /// Count of samples and factor of the metric.

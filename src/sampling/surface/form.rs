@@ -3,8 +3,8 @@
 //! In: a metric M and vectors. Out: uᵀMv and what follows from it. Gram determinants measure areas on a surface without a
 //! tangent plane: they are those of M restricted to the plane of the two vectors.
 
-use bevy::prelude::*;
-use glam_matrix_extras::SymmetricMat3;
+use bevy::{math::DVec3, prelude::*};
+use glam_matrix_extras::{SymmetricDMat3, SymmetricMat3};
 
 /// vᵀMv.
 #[inline(always)]
@@ -64,4 +64,32 @@ pub(super) fn mean(metrics: [&SymmetricMat3; 3]) -> SymmetricMat3 {
 #[inline(always)]
 pub(super) fn middle(a: &SymmetricMat3, b: &SymmetricMat3) -> SymmetricMat3 {
     blend([a, b, b], Vec3::new(0.5, 0.5, 0.0))
+}
+
+/// A - B.
+#[inline(always)]
+pub(super) fn difference(a: &SymmetricMat3, b: &SymmetricMat3) -> SymmetricMat3 {
+    blend([a, b, b], Vec3::new(1.0, -1.0, 0.0))
+}
+
+/// The determinant (that of `glam_matrix_extras` 0.3 has two terms exchanged).
+pub(super) fn determinant(m: &SymmetricDMat3) -> f64 {
+    m.m00 * (m.m11 * m.m22 - m.m12 * m.m12) - m.m01 * (m.m01 * m.m22 - m.m12 * m.m02)
+        + m.m02 * (m.m01 * m.m12 - m.m11 * m.m02)
+}
+
+/// x with M x = v, or `None` where M is singular.
+pub(super) fn solve(m: &SymmetricMat3, v: Vec3) -> Option<Vec3> {
+    let (m, v) = (wide(m), v.as_dvec3());
+    let x = DVec3::new(m.m11 * m.m22 - m.m12 * m.m12, m.m02 * m.m12 - m.m01 * m.m22, m.m01 * m.m12 - m.m02 * m.m11);
+    let y = DVec3::new(x.y, m.m00 * m.m22 - m.m02 * m.m02, m.m01 * m.m02 - m.m00 * m.m12);
+    let z = DVec3::new(x.z, y.z, m.m00 * m.m11 - m.m01 * m.m01);
+    let solution = (DVec3::new(x.dot(v), y.dot(v), z.dot(v)) / determinant(&m)).as_vec3();
+    solution.is_finite().then_some(solution)
+}
+
+/// The metric in f64.
+pub(super) fn wide(m: &SymmetricMat3) -> SymmetricDMat3 {
+    let [m00, m01, m02, m11, m12, m22] = [m.m00, m.m01, m.m02, m.m11, m.m12, m.m22].map(f64::from);
+    SymmetricDMat3::new(m00, m01, m02, m11, m12, m22)
 }

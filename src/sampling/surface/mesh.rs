@@ -3,7 +3,7 @@
 //! In: a [`Domain`]. Out: a [`FineMesh`]: along a Morton curve, with neighbours and triangles of each vertex in CSR form
 //! and metric areas.
 
-use super::{domain::Domain, form};
+use super::{domain::Domain, form, walk::Site};
 use crate::{
     parallel,
     surface::order::{group, inverse, morton_order},
@@ -94,6 +94,19 @@ impl FineMesh {
     #[inline(always)]
     pub(super) fn metric_at(&self, triangle: usize, weights: Vec3) -> SymmetricMat3 {
         form::blend(self.triangles[triangle].map(|v| &self.metrics[v as usize]), weights)
+    }
+
+    /// Unit normal of the surface at a site: the mean of the triangles around the corners of its own, weighted by area.
+    pub(super) fn normal(&self, site: &Site) -> Vec3 {
+        let corners = self.triangles[site.triangle as usize];
+        let around = |v: u32| -> Vec3 { self.faces(v as usize).iter().map(|&t| self.cross(t as usize)).sum() };
+        let weight = |k: usize| around(corners[k]).normalize_or_zero() * site.weights[k];
+        (weight(0) + weight(1) + weight(2)).try_normalize().unwrap_or_else(|| self.cross(site.triangle as usize).normalize_or(Vec3::Z))
+    }
+
+    fn cross(&self, triangle: usize) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a)
     }
 
     /// The surface's metric area.

@@ -193,7 +193,8 @@ fn at_border(mesh: &FineMesh, sites: &[Site], cells: &[u32], rings: &Rings) -> V
 fn grading(sites: &[Site], areas: &[f32]) -> f32 {
     let mut order: Vec<usize> = (0..sites.len()).collect();
     // The larger the determinant, the smaller the ellipse.
-    order.sort_by(|&a, &b| sites[b].metric.determinant().total_cmp(&sites[a].metric.determinant()));
+    let determinant = |i: usize| form::determinant(&form::wide(&sites[i].metric));
+    order.sort_by(|&a, &b| determinant(b).total_cmp(&determinant(a)));
     let quarter = order.len().div_ceil(4);
     let sum = |indices: &[usize]| indices.iter().map(|&i| areas[i]).sum::<f32>();
     sum(&order[order.len() - quarter..]) / sum(&order[..quarter])
