@@ -93,7 +93,7 @@ pub struct CellRecord {
 }
 
 /// A sample as the fragment shader needs it (Eq. 11 corrected): the rows of M^(1/2), of which the third, along the normal,
-/// is k (a1 x a2).
+/// is k (major x minor).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct Site {
@@ -102,11 +102,11 @@ pub struct Site {
     /// (λ₁ λ₂)^(-1/4), which is the mean radius √(r₁ r₂) of the ellipse \[length\].
     pub k: f32,
     /// √λ₁ e₁ along the long axis \[1/length\].
-    pub a1: [f32; 3],
+    pub major: [f32; 3],
     /// Unused.
     pub pad: f32,
     /// √λ₂ e₂ along the short axis \[1/length\].
-    pub a2: [f32; 3],
+    pub minor: [f32; 3],
     /// Unused.
     pub pad_2: f32,
 }
@@ -139,23 +139,23 @@ impl Site {
         Self {
             position: position.to_array(),
             k,
-            a1: (e1 * small.sqrt()).to_array(),
+            major: (e1 * small.sqrt()).to_array(),
             pad: 0.0,
-            a2: (normal.cross(e1) * large.sqrt()).to_array(),
+            minor: (normal.cross(e1) * large.sqrt()).to_array(),
             pad_2: 0.0,
         }
     }
 
     /// M^(1/2) (x - p): the point as seen by the sample, whose ellipse is the unit ball.
     pub fn metric_offset(&self, x: Vec3) -> Vec3 {
-        let (a1, a2) = (Vec3::from(self.a1), Vec3::from(self.a2));
+        let (major, minor) = (Vec3::from(self.major), Vec3::from(self.minor));
         let r = x - Vec3::from(self.position);
-        Vec3::new(a1.dot(r), a2.dot(r), self.k * a1.cross(a2).dot(r))
+        Vec3::new(major.dot(r), minor.dot(r), self.k * major.cross(minor).dot(r))
     }
 
     /// M (x - p): half the gradient of the squared distance, from the metric offset.
     pub fn gradient(&self, offset: Vec3) -> Vec3 {
-        let (a1, a2) = (Vec3::from(self.a1), Vec3::from(self.a2));
-        a1 * offset.x + a2 * offset.y + self.k * a1.cross(a2) * offset.z
+        let (major, minor) = (Vec3::from(self.major), Vec3::from(self.minor));
+        major * offset.x + minor * offset.y + self.k * major.cross(minor) * offset.z
     }
 }

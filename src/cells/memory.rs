@@ -26,6 +26,8 @@ pub struct CellMemory {
     sites: Range<u32>,
     lists: Range<u32>,
     values: Range<u32>,
+    /// The set could not be written; what is here is an older one.
+    pub(super) stale: bool,
     /// Whether the entity had values when they were written last.
     pub(super) had_values: bool,
     /// The mesh that the samples were written for, as the plugin has put it into `Mesh3d` or `Mesh2d`.

@@ -29,8 +29,13 @@ use crate::{
     sampling::SampleSet,
     surface::{SurfacePlugin, SurfaceSystems},
 };
-use bevy::{prelude::*, render::storage::ShaderBuffer};
+use bevy::{prelude::*, render::storage::ShaderBuffer, shader::load_shader_library};
 use layout::Pool;
+
+/// Adds the import path `bevy_field_patterns::cell_layout`.
+pub(crate) fn load_layout(app: &mut App) {
+    load_shader_library!(app, "layout.wgsl");
+}
 
 /// Keeps the samples of all entities with a [`SampleSet`] and [`DrawCells`] on the GPU.
 #[derive(Debug, Default, Clone, Copy)]

@@ -29,9 +29,9 @@ pub(super) struct Celled {
     entity: Entity,
     set: Ref<'static, SampleSet>,
     values: Option<Ref<'static, SampleValues>>,
-    mesh: Option<Ref<'static, Mesh3d>>,
-    mesh_2d: Option<Ref<'static, Mesh2d>>,
-    tag: Option<Ref<'static, MeshTag>>,
+    mesh: Option<&'static Mesh3d>,
+    mesh_2d: Option<&'static Mesh2d>,
+    tag: Option<&'static MeshTag>,
     meshes: Option<&'static PatternMesh>,
     memory: Option<&'static mut CellMemory>,
     state: &'static mut CellState,
@@ -122,6 +122,7 @@ fn update(item: &mut CelledItem, tools: &mut Tools, lost: bool) -> Result<bool, 
         None => (true, false, false),
     };
     let set_changed = fresh || item.set.is_changed();
+    // Values belong to their set.
     let values_changed = set_changed
         || item.values.is_some() != had_values
         || item.values.as_ref().is_some_and(|values| values.is_changed());
@@ -171,17 +172,20 @@ fn write(
     tools: &mut Tools,
 ) -> Result<(), PatternError> {
     memory.drawn = ground.drawn.clone();
+    memory.stale |= changed.set;
     if item.set.is_empty() {
         memory.hide(&mut tools.arena);
         return Ok(());
     }
     let written = (|| {
-        if changed.set {
+        let set_too = memory.stale;
+        if set_too {
             check_samples(&item.set)?;
             check_seeds(item, ground, tools)?;
             memory.write_set(&item.set, &mut tools.arena)?;
+            memory.stale = false;
         }
-        if changed.set || changed.values {
+        if set_too || changed.values {
             memory.write_values(item.values.as_deref(), &mut tools.arena)?;
         }
         memory.write_record(&mut tools.arena);
@@ -215,7 +219,7 @@ fn tag_is_taken(item: &CelledItem) -> bool {
 }
 
 fn shown_mesh<'a>(item: &'a CelledItem) -> Option<&'a Handle<Mesh>> {
-    match (&item.mesh, &item.mesh_2d) {
+    match (item.mesh, item.mesh_2d) {
         (Some(mesh), _) => Some(&mesh.0),
         (None, Some(mesh)) => Some(&mesh.0),
         (None, None) => None,

@@ -12,7 +12,7 @@
 // tag          word offset of the entity's record in `cell_words`, its MeshTag; 0: no cells
 // rest space   the mesh's own space, before skin, morph targets and transform [length]
 // x            the point that is asked for, in rest space
-// M            metric of a sample; a1, a2, a3 are the rows of its square root [1/length]
+// M            metric of a sample; major, minor, upright are the rows of its square root [1/length]
 // seen         M^(1/2) (x - p): the point in a space where the sample's ellipse is the unit ball
 // ring         the samples whose cells touch a sample's cell
 //
@@ -43,9 +43,9 @@ struct CellPoint {
 
 struct Site {
     p: vec3<f32>,
-    a1: vec3<f32>,
-    a2: vec3<f32>,
-    a3: vec3<f32>,
+    major: vec3<f32>,
+    minor: vec3<f32>,
+    upright: vec3<f32>,
     // Mean radius of the ellipse [length].
     radius: f32,
 }
@@ -86,19 +86,19 @@ fn has_cells(point: CellPoint) -> bool {
 
 fn load_site(site_base: u32, sample: u32) -> Site {
     let first = cell_sites[site_base + 3u * sample];
-    let a1 = cell_sites[site_base + 3u * sample + 1u].xyz;
-    let a2 = cell_sites[site_base + 3u * sample + 2u].xyz;
-    return Site(first.xyz, a1, a2, first.w * cross(a1, a2), first.w);
+    let major = cell_sites[site_base + 3u * sample + 1u].xyz;
+    let minor = cell_sites[site_base + 3u * sample + 2u].xyz;
+    return Site(first.xyz, major, minor, first.w * cross(major, minor), first.w);
 }
 
 fn seen_from(site: Site, x: vec3<f32>) -> vec3<f32> {
     let r = x - site.p;
-    return vec3(dot(site.a1, r), dot(site.a2, r), dot(site.a3, r));
+    return vec3(dot(site.major, r), dot(site.minor, r), dot(site.upright, r));
 }
 
 // Half the gradient of the squared distance, M (x - p). [1/length]
 fn half_gradient(site: Site, seen: vec3<f32>) -> vec3<f32> {
-    return site.a1 * seen.x + site.a2 * seen.y + site.a3 * seen.z;
+    return site.major * seen.x + site.minor * seen.y + site.upright * seen.z;
 }
 
 // The nearest of the three seeds, each in its own metric.
@@ -188,7 +188,7 @@ fn cell_uv(cell: Cell, radius: f32) -> vec2<f32> {
 
 // How `cell_uv` moves with a step in rest space; for `textureSampleGrad`.
 fn cell_uv_step(cell: Cell, step: vec3<f32>, radius: f32) -> vec2<f32> {
-    return 0.5 * vec2(dot(cell.site.a1, step), dot(cell.site.a2, step)) / radius;
+    return 0.5 * vec2(dot(cell.site.major, step), dot(cell.site.minor, step)) / radius;
 }
 
 // Mean radius of all samples' ellipses. [length]

@@ -4,7 +4,7 @@ use super::{
     CellMaterial, CellMaterial2d, CellTexture, Cells, PatternMaterialPlugin, PatternShaderPlugin,
     cells::mask_cell_cutouts, touch_materials,
 };
-use crate::cells::DrawCells;
+use crate::cells::{DrawCells, load_layout};
 use bevy::{
     asset::{AssetEventSystems, embedded_asset},
     pbr::MaterialPlugin,
@@ -22,7 +22,7 @@ impl Plugin for CellMaterialPlugin {
         if !app.is_plugin_added::<PatternShaderPlugin>() {
             app.add_plugins(PatternShaderPlugin);
         }
-        load_shader_library!(app, "../cells/layout.wgsl");
+        load_layout(app);
         load_shader_library!(app, "cells.wgsl");
         load_shader_library!(app, "cell_noise.wgsl");
         load_shader_library!(app, "cell_style.wgsl");

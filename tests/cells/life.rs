@@ -159,8 +159,12 @@ fn removal_restores(stage: &mut Stage) {
     let mesh = stage.add(to_bevy_mesh(&mesh));
     let material = stage.add(labels());
     let removals: [fn(&mut EntityWorldMut); 2] = [
-        |entity| drop(entity.remove::<SampleSet>()),
-        |entity| drop(entity.remove::<MeshMaterial3d<CellMaterial>>()),
+        |entity| {
+            entity.remove::<SampleSet>();
+        },
+        |entity| {
+            entity.remove::<MeshMaterial3d<CellMaterial>>();
+        },
     ];
     for remove in removals {
         let entity = spawn(stage, &mesh, &set, &material);

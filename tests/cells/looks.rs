@@ -178,10 +178,14 @@ fn every_pass_draws(stage: &mut Stage) {
             stage.app.world_mut().entity_mut(entity).insert(MeshMaterial3d(material.clone()));
             let (camera, target) = stage.camera(Lens { msaa, ..lens });
             let mut camera = stage.app.world_mut().entity_mut(camera);
-            match prepass {
-                1 => drop(camera.insert((DepthPrepass, MotionVectorPrepass, NormalPrepass))),
-                2 => drop(camera.insert((DepthPrepass, MotionVectorPrepass, DeferredPrepass))),
-                _ => {}
+            if prepass > 0 {
+                camera.insert((DepthPrepass, MotionVectorPrepass));
+            }
+            if prepass == 1 {
+                camera.insert(NormalPrepass);
+            }
+            if prepass == 2 {
+                camera.insert(DeferredPrepass);
             }
             let camera = camera.id();
             settle(stage);

@@ -17,7 +17,7 @@ use bevy_field_patterns::{
     sampling::SampleSet,
 };
 use common::{
-    mesh_file::{self, RawMesh, to_bevy_mesh},
+    mesh_file::{self, to_bevy_mesh},
     shapes,
 };
 use probe::Probe;

@@ -1,4 +1,5 @@
 //! A headless app that draws one small scene after the other, and fails if a pipeline does not compile.
+#![allow(dead_code, reason = "each test uses a part of it")]
 
 use bevy::{
     app::{PluginGroupBuilder, Plugins, PluginsState},
