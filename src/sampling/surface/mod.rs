@@ -105,6 +105,8 @@ pub struct SurfaceSamples {
 
 /// Halves edges longer than this before sampling, where touching samples are 2 apart.
 const EDGE: f32 = 1.2;
+/// The least vertices per sample that refinement makes, if the cap allows.
+const MIN_VERTICES: usize = 16;
 /// The most vertices per sample that refinement makes.
 const MAX_VERTICES: usize = 64;
 /// How far a site goes towards the centroid of its cell, relative to Lloyd's algorithm.
@@ -136,7 +138,12 @@ pub fn sample_surface(
     let start = Instant::now();
     progress.report(0.0)?;
     let (mut domain, scale) = Domain::new(graph, metrics, options.density)?;
-    let refined = refine::refine(&mut domain, EDGE, MAX_VERTICES * scale.count + graph.len());
+    let refined = refine::refine_to(
+        &mut domain,
+        EDGE,
+        MIN_VERTICES * scale.count,
+        MAX_VERTICES * scale.count + graph.len(),
+    );
     progress.report(0.2)?;
     let job = Job { options, progress, start };
     let relaxed = match options.method {
