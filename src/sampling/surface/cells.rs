@@ -62,7 +62,13 @@ fn moments(mesh: &FineMesh, sites: &[Site], labels: &[u32]) -> Vec<Vec4> {
         transfers
     });
     // In the order of the triangles, whoever cut them.
-    for Transfer { from, to, amount, about } in transfers.into_iter().flatten() {
+    for Transfer {
+        from,
+        to,
+        amount,
+        about,
+    } in transfers.into_iter().flatten()
+    {
         let moved = |site: &Site| amount + (amount.w * (about - site.position)).extend(0.0);
         if let Some(site) = sites.get(to as usize) {
             moments[to as usize] += moved(site);
@@ -104,7 +110,11 @@ fn push_transfers(transfers: &mut Vec<Transfer>, mesh: &FineMesh, sites: &[Site]
     };
     if la != lb && lb != lc && lc != la {
         for (k, own) in [la, lb, lc].into_iter().enumerate() {
-            push(NONE, own, share_of_three(sites, corners, [la, lb, lc], own) - THIRD * Vec3::AXES[k]);
+            push(
+                NONE,
+                own,
+                share_of_three(sites, corners, [la, lb, lc], own) - THIRD * Vec3::AXES[k],
+            );
         }
     } else {
         // One corner has another label than the two others.
@@ -133,7 +143,11 @@ fn tip(sites: &[Site], corners: [Vec3; 3], own: u32, other: u32, lone: usize) ->
     // Where the cells meet on the edge to corner k.
     let cut = |k: usize| {
         let there = excess(k);
-        if there > 0.0 { here / (here - there) } else { f32::from(u8::from(here < 0.0)) }
+        if there > 0.0 {
+            here / (here - there)
+        } else {
+            f32::from(u8::from(here < 0.0))
+        }
     };
     let (s, t) = (cut(next), cut(last));
     let mut weights = Vec3::ZERO;

@@ -52,7 +52,6 @@ pub(super) fn throw(mesh: &FineMesh, count: usize, seed: u64) -> Darts {
     }
 }
 
-
 struct Board<'a> {
     mesh: &'a FineMesh,
     radius: f32,

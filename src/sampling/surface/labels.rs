@@ -13,7 +13,10 @@ use crate::parallel;
 /// neighbours'. A sweep reads the labels of the one before, so that its result does not depend on the order.
 pub(super) fn exchange(mesh: &FineMesh, sites: &[Site], labels: &mut Vec<u32>, sweeps: usize) {
     let next: Vec<u32> = parallel::collect(mesh.len(), |v| best_label(mesh, sites, labels, v));
-    let mut changed: Vec<u32> = (0..mesh.len()).filter(|&v| next[v] != labels[v]).map(|v| v as u32).collect();
+    let mut changed: Vec<u32> = (0..mesh.len())
+        .filter(|&v| next[v] != labels[v])
+        .map(|v| v as u32)
+        .collect();
     *labels = next;
     let mut seen = vec![0_u32; mesh.len()];
     let mut around = Vec::new();
@@ -66,7 +69,9 @@ pub(super) fn claim(mesh: &FineMesh, sites: &[Site], labels: &mut [u32]) {
     let mut taken = vec![false; mesh.len()];
     for (i, site) in sites.iter().enumerate() {
         let corners = mesh.triangles[site.triangle as usize];
-        let free = std::iter::once(site.vertex).chain(corners).find(|&v| !taken[v as usize]);
+        let free = std::iter::once(site.vertex)
+            .chain(corners)
+            .find(|&v| !taken[v as usize]);
         if let Some(vertex) = free {
             taken[vertex as usize] = true;
             labels[vertex as usize] = i as u32;

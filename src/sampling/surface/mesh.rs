@@ -105,7 +105,9 @@ impl FineMesh {
         let corners = self.triangles[site.triangle as usize];
         let around = |v: u32| -> Vec3 { self.faces(v as usize).iter().map(|&t| self.cross(t as usize)).sum() };
         let weight = |k: usize| around(corners[k]).normalize_or_zero() * site.weights[k];
-        (weight(0) + weight(1) + weight(2)).try_normalize().unwrap_or_else(|| self.cross(site.triangle as usize).normalize_or(Vec3::Z))
+        (weight(0) + weight(1) + weight(2))
+            .try_normalize()
+            .unwrap_or_else(|| self.cross(site.triangle as usize).normalize_or(Vec3::Z))
     }
 
     fn cross(&self, triangle: usize) -> Vec3 {

@@ -133,7 +133,13 @@ fn neighbor_figures(quality: &mut SampleQuality, sites: &[Site], rings: &Rings) 
         form::square(&metric, sites[j].position - sites[i].position).sqrt() / SPACING
     };
     let mut distances: Vec<f32> = (0..sites.len())
-        .filter_map(|i| rings.second(i).filter(|&j| j != i).map(|j| distance(i, j)).min_by(f32::total_cmp))
+        .filter_map(|i| {
+            rings
+                .second(i)
+                .filter(|&j| j != i)
+                .map(|j| distance(i, j))
+                .min_by(f32::total_cmp)
+        })
         .collect();
     distances.sort_unstable_by(f32::total_cmp);
     if let Some(&least) = distances.first() {
@@ -197,5 +203,9 @@ fn mean_and_cv(values: &[f32]) -> (f32, f32) {
     let count = values.len().max(1) as f64;
     let mean = values.iter().map(|&x| f64::from(x)).sum::<f64>() / count;
     let variance = values.iter().map(|&x| (f64::from(x) - mean).powi(2)).sum::<f64>() / count;
-    if mean > 0.0 { (mean as f32, (variance.sqrt() / mean) as f32) } else { (0.0, 0.0) }
+    if mean > 0.0 {
+        (mean as f32, (variance.sqrt() / mean) as f32)
+    } else {
+        (0.0, 0.0)
+    }
 }

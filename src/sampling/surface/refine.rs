@@ -95,7 +95,9 @@ fn split(domain: &mut Domain, edges: &Edges, marked: impl Fn(usize) -> bool) {
             middle[edge] = domain.positions.len() as u32;
             let (a, b) = (a as usize, b as usize);
             domain.positions.push(domain.positions[a].midpoint(domain.positions[b]));
-            domain.metrics.push(form::middle(&domain.metrics[a], &domain.metrics[b]));
+            domain
+                .metrics
+                .push(form::middle(&domain.metrics[a], &domain.metrics[b]));
         }
     }
     let triangles = std::mem::take(&mut domain.triangles);
@@ -113,7 +115,9 @@ fn push_parts(domain: &mut Domain, [a, b, c]: [u32; 3], middles: [u32; 3]) {
     match (whole, middles) {
         ([true, true, true], _) => domain.triangles.push([a, b, c]),
         ([false, false, false], [ab, bc, ca]) => {
-            domain.triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+            domain
+                .triangles
+                .extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
         }
         ([false, true, true], [m, ..]) => domain.triangles.extend([[a, m, c], [m, b, c]]),
         ([true, false, true], [_, m, _]) => domain.triangles.extend([[b, m, a], [m, c, a]]),

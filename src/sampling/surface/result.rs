@@ -86,5 +86,7 @@ fn blend(corners: [u32; 3], weights: Vec3, values: &[Vec3]) -> Vec3 {
 fn normal(graph: &SurfaceGraph, corners: [u32; 3], weights: Vec3) -> Vec3 {
     let [a, b, c] = corners.map(|v| graph.positions[v as usize].as_dvec3());
     let flat = || (b - a).cross(c - a).normalize_or(bevy::math::DVec3::Z).as_vec3();
-    blend(corners, weights, &graph.normals).try_normalize().unwrap_or_else(flat)
+    blend(corners, weights, &graph.normals)
+        .try_normalize()
+        .unwrap_or_else(flat)
 }

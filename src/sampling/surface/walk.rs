@@ -97,7 +97,11 @@ impl Nearest {
     fn or_among(self, mesh: &FineMesh, faces: &[u32], point: Vec3) -> Self {
         faces.iter().filter(|&&t| t != self.triangle).fold(self, |best, &t| {
             let other = Self::new(mesh, t, point);
-            if other.square < best.square * NEARER { other } else { best }
+            if other.square < best.square * NEARER {
+                other
+            } else {
+                best
+            }
         })
     }
 }
