@@ -2,8 +2,13 @@
 //!
 //! In: sites and labels. Out: new sites. A cell is the part of the surface nearest to a site, in the site's own metric d_i.
 //! Triangles whose corners have different labels are cut where d_i² = d_j², linear along their edges, so that areas and
-//! centroids are exact to second order on a mesh of few vertices per cell. For cells of this kind the *plain* centroid,
-//! weighted by metric area, is the minimiser for a fixed cell and metric; the centroid weighted by M drifts.
+//! centroids are exact to second order on a mesh of few vertices per cell.
+//!
+//! For such cells the centroid is the *plain* one, weighted by the area in space: neither by M, which drifts at singularities,
+//! nor by the metric area, which overdoes the grading. For let h be the distance of neighbours and s the size of the
+//! ellipses, both varying slowly. A bisector lies at h/2 (1 + (h'/2 - h s'/2s) cos θ) in direction θ, so the cell's centroid
+//! is off by h/2 (h'/2 - h s'/2s) + w'/w h²/16 for a weight w. It is at the site for h'/h = s'/s - w'/4w: only with a constant
+//! weight the distance of neighbours follows the size.
 //!
 //! A triangle is first shared out in thirds, each to the cell of a corner; that is exact where the labels are the same, and
 //! elsewhere a cut moves an amount of area and moment from one cell to another.
@@ -39,12 +44,12 @@ pub(super) fn step(mesh: &FineMesh, sites: &[Site], labels: &[u32], relaxation: 
     })
 }
 
-/// Metric area (w) and first moment about the site (xyz) of each cell.
-pub(super) fn moments(mesh: &FineMesh, sites: &[Site], labels: &[u32]) -> Vec<Vec4> {
+/// Area (w) and first moment about the site (xyz) of each cell.
+fn moments(mesh: &FineMesh, sites: &[Site], labels: &[u32]) -> Vec<Vec4> {
     let mut moments = vec![Vec4::ZERO; sites.len()];
     for (v, &label) in labels.iter().enumerate() {
         if let Some(site) = sites.get(label as usize) {
-            moments[label as usize] += mesh.weights[v] * (mesh.positions[v] - site.position).extend(1.0);
+            moments[label as usize] += mesh.flat_weights[v] * (mesh.positions[v] - site.position).extend(1.0);
         }
     }
     let tasks = mesh.triangles.len().div_ceil(TRIANGLES);
@@ -57,7 +62,13 @@ pub(super) fn moments(mesh: &FineMesh, sites: &[Site], labels: &[u32]) -> Vec<Ve
         transfers
     });
     // In the order of the triangles, whoever cut them.
-    for Transfer { from, to, amount, about } in transfers.into_iter().flatten() {
+    for Transfer {
+        from,
+        to,
+        amount,
+        about,
+    } in transfers.into_iter().flatten()
+    {
         let moved = |site: &Site| amount + (amount.w * (about - site.position)).extend(0.0);
         if let Some(site) = sites.get(to as usize) {
             moments[to as usize] += moved(site);
@@ -93,13 +104,17 @@ fn push_transfers(transfers: &mut Vec<Transfer>, mesh: &FineMesh, sites: &[Site]
         transfers.push(Transfer {
             from,
             to,
-            amount: mesh.areas[triangle] * moment.extend(weights.element_sum()),
+            amount: mesh.flat_areas[triangle] * moment.extend(weights.element_sum()),
             about: a,
         });
     };
     if la != lb && lb != lc && lc != la {
         for (k, own) in [la, lb, lc].into_iter().enumerate() {
-            push(NONE, own, share_of_three(sites, corners, [la, lb, lc], own) - THIRD * Vec3::AXES[k]);
+            push(
+                NONE,
+                own,
+                share_of_three(sites, corners, [la, lb, lc], own) - THIRD * Vec3::AXES[k],
+            );
         }
     } else {
         // One corner has another label than the two others.
@@ -128,7 +143,11 @@ fn tip(sites: &[Site], corners: [Vec3; 3], own: u32, other: u32, lone: usize) ->
     // Where the cells meet on the edge to corner k.
     let cut = |k: usize| {
         let there = excess(k);
-        if there > 0.0 { here / (here - there) } else { f32::from(u8::from(here < 0.0)) }
+        if there > 0.0 {
+            here / (here - there)
+        } else {
+            f32::from(u8::from(here < 0.0))
+        }
     };
     let (s, t) = (cut(next), cut(last));
     let mut weights = Vec3::ZERO;

@@ -111,7 +111,9 @@ impl Triangulation {
                 if triangle.corners.contains(&d) {
                     return true;
                 }
-                let Some(k) = triangle.corners.iter().position(|&v| v == a) else { break };
+                let Some(k) = triangle.corners.iter().position(|&v| v == a) else {
+                    break;
+                };
                 here = triangle.neighbors[(k + turn) % 3];
                 if here == t {
                     return false;

@@ -81,7 +81,11 @@ pub(super) fn determinant(m: &SymmetricDMat3) -> f64 {
 /// x with M x = v, or `None` where M is singular.
 pub(super) fn solve(m: &SymmetricMat3, v: Vec3) -> Option<Vec3> {
     let (m, v) = (wide(m), v.as_dvec3());
-    let x = DVec3::new(m.m11 * m.m22 - m.m12 * m.m12, m.m02 * m.m12 - m.m01 * m.m22, m.m01 * m.m12 - m.m02 * m.m11);
+    let x = DVec3::new(
+        m.m11 * m.m22 - m.m12 * m.m12,
+        m.m02 * m.m12 - m.m01 * m.m22,
+        m.m01 * m.m12 - m.m02 * m.m11,
+    );
     let y = DVec3::new(x.y, m.m00 * m.m22 - m.m02 * m.m02, m.m01 * m.m02 - m.m00 * m.m12);
     let z = DVec3::new(x.z, y.z, m.m00 * m.m11 - m.m01 * m.m01);
     let solution = (DVec3::new(x.dot(v), y.dot(v), z.dot(v)) / determinant(&m)).as_vec3();

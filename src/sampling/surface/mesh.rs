@@ -27,6 +27,10 @@ pub(super) struct FineMesh {
     pub(super) triangles: Vec<[u32; 3]>,
     /// Metric area of each triangle, in the mean metric of its corners.
     pub(super) areas: Vec<f32>,
+    /// Area of each triangle as it is in space.
+    pub(super) flat_areas: Vec<f32>,
+    /// A third of the areas in space of the triangles around each vertex.
+    pub(super) flat_weights: Vec<f32>,
     /// The graph's triangle that each triangle is a part of.
     pub(super) sources: Vec<u32>,
     /// The vertex of each vertex of the graph.
@@ -101,7 +105,9 @@ impl FineMesh {
         let corners = self.triangles[site.triangle as usize];
         let around = |v: u32| -> Vec3 { self.faces(v as usize).iter().map(|&t| self.cross(t as usize)).sum() };
         let weight = |k: usize| around(corners[k]).normalize_or_zero() * site.weights[k];
-        (weight(0) + weight(1) + weight(2)).try_normalize().unwrap_or_else(|| self.cross(site.triangle as usize).normalize_or(Vec3::Z))
+        (weight(0) + weight(1) + weight(2))
+            .try_normalize()
+            .unwrap_or_else(|| self.cross(site.triangle as usize).normalize_or(Vec3::Z))
     }
 
     fn cross(&self, triangle: usize) -> Vec3 {
@@ -138,8 +144,15 @@ impl FineMesh {
             let metric = form::mean(self.triangles[t].map(|v| &self.metrics[v as usize]));
             0.5 * form::double_area(&metric, b - a, c - a)
         });
-        self.weights = parallel::collect(self.len(), |v| {
-            self.faces(v).iter().map(|&t| self.areas[t as usize]).sum::<f32>() / 3.0
-        });
+        self.flat_areas = parallel::collect(self.triangles.len(), |t| 0.5 * self.cross(t).length());
+        self.weights = self.thirds(&self.areas);
+        self.flat_weights = self.thirds(&self.flat_areas);
+    }
+
+    /// A third of the areas of the triangles around each vertex.
+    fn thirds(&self, areas: &[f32]) -> Vec<f32> {
+        parallel::collect(self.len(), |v| {
+            self.faces(v).iter().map(|&t| areas[t as usize]).sum::<f32>() / 3.0
+        })
     }
 }

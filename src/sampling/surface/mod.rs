@@ -17,10 +17,10 @@
 mod cells;
 mod darts;
 mod domain;
+mod flips;
 mod form;
 mod labels;
 mod mesh;
-mod flips;
 mod nearest;
 mod paper;
 mod qem;
@@ -105,6 +105,8 @@ pub struct SurfaceSamples {
 
 /// Halves edges longer than this before sampling, where touching samples are 2 apart.
 const EDGE: f32 = 1.2;
+/// The least vertices per sample that refinement makes, if the cap allows.
+const MIN_VERTICES: usize = 16;
 /// The most vertices per sample that refinement makes.
 const MAX_VERTICES: usize = 64;
 /// How far a site goes towards the centroid of its cell, relative to Lloyd's algorithm.
@@ -136,15 +138,30 @@ pub fn sample_surface(
     let start = Instant::now();
     progress.report(0.0)?;
     let (mut domain, scale) = Domain::new(graph, metrics, options.density)?;
-    let refined = refine::refine(&mut domain, EDGE, MAX_VERTICES * scale.count + graph.len());
+    let refined = refine::refine_to(
+        &mut domain,
+        EDGE,
+        MIN_VERTICES * scale.count,
+        MAX_VERTICES * scale.count + graph.len(),
+    );
     progress.report(0.2)?;
-    let job = Job { options, progress, start };
+    let job = Job {
+        options,
+        progress,
+        start,
+    };
     let relaxed = match options.method {
         SurfaceMethod::Labels => job.labels(&mut domain, scale.count)?,
         SurfaceMethod::Triangulated => job.triangulated(&mut domain, scale.count)?,
         SurfaceMethod::Paper => job.paper(&mut domain, scale.count)?,
     };
-    let Relaxed { mesh, sites, labels, initial, steps } = job.settled(relaxed);
+    let Relaxed {
+        mesh,
+        sites,
+        labels,
+        initial,
+        steps,
+    } = job.settled(relaxed);
     let set = result::sample_set(graph, metrics, scale, &mesh, &sites, &labels);
     progress.report(1.0)?;
     Ok(SurfaceSamples {
@@ -214,7 +231,11 @@ impl Job<'_> {
         };
         let (mesh, darts) = first_set(domain, count, self.options.seed);
         let samples = paper::triangulation(&mesh, target, &darts.vertices)?;
-        let count = if let Target::Count(count) = target { count } else { samples.sites.len() };
+        let count = if let Target::Count(count) = target {
+            count
+        } else {
+            samples.sites.len()
+        };
         let mut relaxed = self.relax(mesh, samples, Centroid::Star)?;
         // Those that found no triangle go where the largest holes are.
         if let Some(&first) = relaxed.sites.first() {
@@ -242,7 +263,13 @@ impl Job<'_> {
 
     fn relaxed(&self, mesh: FineMesh, sites: Vec<Site>, labels: Vec<u32>) -> Relaxed {
         let (initial, steps) = (0.0, 0.0);
-        Relaxed { mesh, sites, labels, initial, steps }
+        Relaxed {
+            mesh,
+            sites,
+            labels,
+            initial,
+            steps,
+        }
     }
 
     /// The last labels, with a cell for every sample.
@@ -265,7 +292,12 @@ impl Job<'_> {
 }
 
 /// One step of Lloyd's algorithm on the labels.
-fn label_step(Relaxed { mesh, sites, labels, .. }: &mut Relaxed, relaxation: f32) {
+fn label_step(
+    Relaxed {
+        mesh, sites, labels, ..
+    }: &mut Relaxed,
+    relaxation: f32,
+) {
     *sites = cells::step(mesh, sites, labels, relaxation);
     labels::claim(mesh, sites, labels);
     labels::exchange(mesh, sites, labels, SWEEPS);

@@ -81,7 +81,9 @@ fn insert(mesh: &FineMesh, samples: &mut Triangulation, rate: f32, most: usize) 
         if samples.area(t as usize).to_bits() != area {
             continue;
         }
-        let Some((site, normal)) = candidate(mesh, samples, t as usize, separation) else { continue };
+        let Some((site, normal)) = candidate(mesh, samples, t as usize, separation) else {
+            continue;
+        };
         let [second, third] = samples.insert(t, site, normal);
         changed.clear();
         changed.extend([t, second, third]);

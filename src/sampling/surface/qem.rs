@@ -35,7 +35,9 @@ pub(super) fn triangles_between(mesh: &FineMesh, keep: &[u32]) -> Result<Vec<[u3
         }
     }
     let renamed = triangles.into_iter().map(|t| t.map(|v| names[v as usize]));
-    Ok(renamed.filter(|&[a, b, c]| a != b && b != c && c != a && a.max(b).max(c) != NONE).collect())
+    Ok(renamed
+        .filter(|&[a, b, c]| a != b && b != c && c != a && a.max(b).max(c) != NONE)
+        .collect())
 }
 
 /// About `vertices` vertices of the mesh that keep its shape, and the triangles between them, as indices into that list.

@@ -7,7 +7,7 @@ use super::{
     domain::Domain,
     form, labels,
     mesh::{FineMesh, NONE},
-    refine::refine,
+    refine::refine_to,
     result,
     walk::{Site, closest_weights},
 };
@@ -20,6 +20,8 @@ use glam_matrix_extras::SymmetricMat3;
 
 /// Points per sample on which the figures are taken.
 const POINTS: usize = 100;
+/// Edges are no longer than this, where touching samples are 2 apart.
+const EDGE: f32 = 0.5;
 /// The most points of all.
 const MAX_POINTS: usize = 50_000_000;
 /// `d_hex` where the metric area is 2√3 per sample.
@@ -41,11 +43,7 @@ pub fn surface_quality(
 ) -> Result<SampleQuality, PatternError> {
     check(graph, samples)?;
     let (mut domain, _) = Domain::new(graph, metrics, Density::Count(samples.len() as u32))?;
-    let mut length = 0.4;
-    while domain.positions.len() < (POINTS * samples.len()).min(MAX_POINTS) {
-        refine(&mut domain, length, MAX_POINTS);
-        length *= 0.8;
-    }
+    refine_to(&mut domain, EDGE, POINTS * samples.len(), MAX_POINTS);
     let mesh = FineMesh::new(&domain);
     let sites = sites(&mesh, graph, samples);
     let mut cells = vec![NONE; mesh.len()];

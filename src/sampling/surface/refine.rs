@@ -35,6 +35,16 @@ pub(super) fn refine(domain: &mut Domain, length: f32, most: usize) -> u32 {
     rounds
 }
 
+/// [`refine`], and on until there are `least` vertices; but no more than `most`. The number of rounds done.
+pub(super) fn refine_to(domain: &mut Domain, length: f32, least: usize, most: usize) -> u32 {
+    let (mut length, mut rounds) = (length, refine(domain, length, most));
+    while domain.positions.len() < least.min(most) && length > f32::MIN_POSITIVE {
+        length *= 0.8;
+        rounds += refine(domain, length, most);
+    }
+    rounds
+}
+
 /// Halves every edge once.
 pub(super) fn subdivide(domain: &mut Domain) {
     let edges = Edges::new(domain);

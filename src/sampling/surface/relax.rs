@@ -69,7 +69,9 @@ pub(super) fn relax(mesh: &FineMesh, samples: &mut Triangulation, centroid: Cent
     let before = (samples.sites.clone(), samples.normals.clone());
     let upright: Vec<bool> = (0..samples.triangles.len()).map(|t| samples.is_upright(t)).collect();
     for (i, pull) in pulls.iter().enumerate() {
-        let Some(step) = pull.step().filter(|_| !samples.fixed[i]) else { continue };
+        let Some(step) = pull.step().filter(|_| !samples.fixed[i]) else {
+            continue;
+        };
         let site = &samples.sites[i];
         let length = form::square(&site.metric, step).sqrt();
         let step = step * (MAX_MOVE / length.max(MAX_MOVE));
@@ -101,10 +103,7 @@ fn pull_of_kites(samples: &Triangulation, t: usize, pulls: &mut [Pull]) {
     if !(determinant > 0.0) {
         return;
     }
-    let (u, w) = near_centroid(
-        0.5 * gg * (ee - eg) / determinant,
-        0.5 * ee * (gg - eg) / determinant,
-    );
+    let (u, w) = near_centroid(0.5 * gg * (ee - eg) / determinant, 0.5 * ee * (gg - eg) / determinant);
     let center = corners[0] + u * e + w * g;
     let weights = [1.0 - u - w, u, w];
     let quarter = 0.25 * determinant.sqrt();
@@ -132,7 +131,9 @@ fn near_centroid(u: f32, w: f32) -> (f32, f32) {
 /// Puts the corners of triangles that were folded over back to where they were.
 fn unfold(samples: &mut Triangulation, (sites, normals): &(Vec<Site>, Vec<Vec3>), upright: &[bool]) {
     for _ in 0..UNFOLD_ROUNDS {
-        let folded: Vec<usize> = (0..upright.len()).filter(|&t| upright[t] && !samples.is_upright(t)).collect();
+        let folded: Vec<usize> = (0..upright.len())
+            .filter(|&t| upright[t] && !samples.is_upright(t))
+            .collect();
         if folded.is_empty() {
             break;
         }

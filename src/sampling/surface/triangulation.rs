@@ -84,7 +84,9 @@ impl Triangulation {
     /// Positions of a triangle's corners.
     #[inline(always)]
     pub(super) fn corners(&self, triangle: usize) -> [Vec3; 3] {
-        self.triangles[triangle].corners.map(|v| self.sites[v as usize].position)
+        self.triangles[triangle]
+            .corners
+            .map(|v| self.sites[v as usize].position)
     }
 
     /// The mean metric of a triangle's corners.
@@ -102,7 +104,11 @@ impl Triangulation {
     /// Whether a triangle looks the way of its corners' normals.
     pub(super) fn is_upright(&self, triangle: usize) -> bool {
         let [a, b, c] = self.corners(triangle);
-        let normal: Vec3 = self.triangles[triangle].corners.iter().map(|&v| self.normals[v as usize]).sum();
+        let normal: Vec3 = self.triangles[triangle]
+            .corners
+            .iter()
+            .map(|&v| self.normals[v as usize])
+            .sum();
         (b - a).cross(c - a).dot(normal) > 0.0
     }
 
