@@ -222,7 +222,7 @@ fn sample_rectangle(args: &Args, sides: DVec2) -> Result<(Value, Drawn), String>
     write_points(args, &positions)?;
     let quality = planar_quality(&domain, &metric, &samples);
     let ms = times(&samples.times, 0.0, 0.0, total.as_secs_f32());
-    let set = samples.into_set();
+    let set = samples.set();
     Ok((figures(method, &set, &quality, ms), Drawn { set, mesh: None }))
 }
 

@@ -190,14 +190,17 @@ fn update_samples(mut sampled: Query<Sampled>, mut tools: Tools, mut images: Mes
         let mut current = sampler;
         if let Some(sampler) = current.as_mut() {
             changed |= !sampler.ground.is_same(&ground);
-            if let Some(task) = &mut sampler.task {
-                sampler.outdated |= changed;
-                let Some(done) = block_on(poll_once(task)) else {
-                    state.set_if_neq(SamplingState::Sampling(sampler.progress.done()));
+            let Sampler {
+                task, outdated, progress, ..
+            } = &mut **sampler;
+            if let Some(running) = task {
+                *outdated |= changed;
+                let Some(done) = block_on(poll_once(running)) else {
+                    state.set_if_neq(SamplingState::Sampling(progress.done()));
                     continue;
                 };
-                sampler.task = None;
-                changed = std::mem::take(&mut sampler.outdated);
+                *task = None;
+                changed = std::mem::take(outdated);
                 match done {
                     Ok(set) => {
                         tools.commands.entity(entity).try_insert(set);
@@ -375,7 +378,7 @@ fn start(
                     options.steps = steps;
                 }
                 let samples = sample_plane(&domain, &metric, &options, &progress)?;
-                Ok(samples.into_set())
+                Ok(samples.set())
             })))
         }
     }

@@ -6,7 +6,6 @@ use super::{
     metric::det,
     order::{argsort, inverse, morton_order},
 };
-use crate::error::PatternError;
 use bevy::math::DVec2;
 use glam_matrix_extras::SymmetricDMat2;
 use std::collections::HashMap;
