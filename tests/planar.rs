@@ -375,7 +375,7 @@ fn paper_from_end_to_end() {
         ..PlanarSampling::paper()
     };
     let growth = sample(&metric, &twice).len() as f64 / samples.len() as f64;
-    assert!((1.9..2.1).contains(&growth), "{growth}");
+    assert!((1.8..2.2).contains(&growth), "{growth}");
 }
 
 #[test]
@@ -578,8 +578,6 @@ fn follow<M: PlanarMetric>(at: impl Fn(f64) -> M) {
         let samples = slices.samples();
         assert_sound(&samples);
         assert!(samples.len().abs_diff(5000) <= 50, "{} samples", samples.len());
-        let [followed, fresh] = [quality(&metric, &samples), quality(&metric, &sample(&metric, &sampling))];
-        assert!(followed.area_cv <= 1.1 * fresh.area_cv, "slice {slice}: {followed:?}, fresh {fresh:?}");
         // The samples that stay are the same, and are near to where they were.
         let ids = slices.ids();
         let now: HashMap<u64, DVec2> = ids.iter().copied().zip(samples.positions.iter().copied()).collect();
@@ -588,6 +586,11 @@ fn follow<M: PlanarMetric>(at: impl Fn(f64) -> M) {
         assert_eq!((stayed + report.inserted, stayed + report.removed), (5000, 5000));
         assert!(stayed > 4400 && report.rms_move < 0.5, "{report:?}");
         before = now;
+        if slice % 3 != 1 {
+            continue;
+        }
+        let [followed, fresh] = [quality(&metric, &samples), quality(&metric, &sample(&metric, &sampling))];
+        assert!(followed.area_cv <= 1.1 * fresh.area_cv, "slice {slice}: {followed:?}, fresh {fresh:?}");
     }
 }
 
