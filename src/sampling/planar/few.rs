@@ -181,7 +181,10 @@ fn triangle_at(mesh: &Triangulation, p: DVec2) -> u32 {
 /// The edges of the triangles, but for those from a sample to itself.
 fn edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    sides.filter(|[a, b]| a != b).map(|[a, b]| [a.min(b), a.max(b)]).collect()
+    sides
+        .filter(|[a, b]| a != b)
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .collect()
 }
 
 /// Samples whose cells meet between two points of the raster.

@@ -107,10 +107,4 @@ impl Triangulation {
         self.stack = stack;
         flips
     }
-
-    /// Number of edges that are still violated.
-    pub(super) fn violated_edges(&self) -> usize {
-        let sides = (0..self.triangles.len() as u32).flat_map(|t| (0..3).map(move |k| Side::new(t, k)));
-        sides.filter(|&side| self.is_violated(side)).count() / 2
-    }
 }

@@ -116,7 +116,12 @@ impl<'a> Inserter<'a> {
 
     /// Inserts a vertex near the barycentre of a triangle. `done` is told each new triangle and its squared metric area.
     #[inline]
-    pub(super) fn insert(&mut self, mesh: &mut Triangulation, t: u32, done: impl FnMut(u32, f64)) -> Result<(), PatternError> {
+    pub(super) fn insert(
+        &mut self,
+        mesh: &mut Triangulation,
+        t: u32,
+        done: impl FnMut(u32, f64),
+    ) -> Result<(), PatternError> {
         let [a, b, c] = mesh.corners(t as usize);
         let (a, b, c) = (a.p, b.p, c.p);
         if (b - a).perp_dot(c - a) <= self.smallest {

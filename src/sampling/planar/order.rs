@@ -43,7 +43,9 @@ pub(super) fn inverse(order: &[u32]) -> Vec<u32> {
 /// The indices of the vertices along a Morton (Z-order) curve of 2 × 16 bits.
 pub(super) fn morton_order(vertices: &[Vertex]) -> Vec<u32> {
     let min = vertices.iter().fold(DVec2::INFINITY, |min, vertex| min.min(vertex.p));
-    let max = vertices.iter().fold(DVec2::NEG_INFINITY, |max, vertex| max.max(vertex.p));
+    let max = vertices
+        .iter()
+        .fold(DVec2::NEG_INFINITY, |max, vertex| max.max(vertex.p));
     let cells = 65535.0 / (max - min).max_element().max(f64::MIN_POSITIVE);
     let key = |vertex: &Vertex| {
         let cell = (vertex.p - min) * cells;

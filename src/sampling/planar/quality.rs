@@ -31,7 +31,7 @@ pub fn planar_quality(
     let metric = ScaledMetric { metric, scale: 1.0 };
     let raster = Raster::new(domain, UVec2::splat(GRID));
     let samples = positions.iter().enumerate().map(|(i, &p)| Ok((p, metric.at(p, i)?)));
-    let samples: Vec<Sample> = samples.collect::<Result<_, PatternError>>()?;
+    let mut samples: Vec<Sample> = samples.collect::<Result<_, PatternError>>()?;
     let mut areas = vec![0.0; raster.inside.len()];
     for (k, x) in raster.points() {
         areas[k] = det(&metric.at(x, k)?).sqrt() * raster.cell.element_product();
@@ -40,9 +40,11 @@ pub fn planar_quality(
     if samples.is_empty() || !(total > 0.0) {
         return Err(PatternError::Domain("there is no sample or no point to judge"));
     }
+    // From here on lengths are in d_hex.
     let d_hex = SampleQuality::hexagonal_distance(total, samples.len());
+    samples.iter_mut().for_each(|(_, m)| *m *= 1.0 / (d_hex * d_hex));
 
-    let nearest = raster.nearest(&samples, 1.2 * d_hex, 0.5 * d_hex);
+    let nearest = raster.nearest(&samples, 1.2, 0.5);
     let mut cells = vec![0.0; samples.len()];
     let mut empty = vec![true; samples.len()];
     let (mut hole, mut covered, mut overlapped) = (0.0_f32, 0.0, 0.0);
@@ -54,7 +56,7 @@ pub fn planar_quality(
         covered += if nearest.cover[k] >= 1 { areas[k] } else { 0.0 };
         overlapped += if nearest.cover[k] >= 2 { areas[k] } else { 0.0 };
     }
-    let is_inner = |(p, m): &Sample| domain.border_distance_squared(*p, m) > (1.2 * d_hex).powi(2);
+    let is_inner = |(p, m): &Sample| domain.border_distance_squared(*p, m) > 1.2 * 1.2;
     // Cell area and squared density of each sample inside.
     let inner: Vec<[f64; 2]> = samples
         .iter()
@@ -63,14 +65,9 @@ pub fn planar_quality(
         .map(|((_, m), &area)| [area, det(m)])
         .collect();
     let mut quality = SampleQuality::default();
-    quality.set_distances(
-        nearest_distances(&samples, d_hex)
-            .into_iter()
-            .map(|d| d / d_hex)
-            .collect(),
-    );
+    quality.set_distances(nearest_distances(&samples));
     quality.set_areas(inner);
-    quality.hole = (f64::from(hole) / d_hex) as f32;
+    quality.hole = hole;
     quality.empty_cells = empty.iter().filter(|empty| **empty).count() as u32;
     quality.coverage = (covered / total) as f32;
     quality.overlap = (overlapped / total) as f32;
@@ -78,13 +75,13 @@ pub fn planar_quality(
 }
 
 /// For each sample the distance to the nearest other, in the mean of the two metrics.
-fn nearest_distances(samples: &[Sample], d_hex: f64) -> Vec<f64> {
+fn nearest_distances(samples: &[Sample]) -> Vec<f64> {
     let bins = Bins::new(samples);
     samples
         .iter()
         .enumerate()
         .map(|(i, (p, m))| {
-            let mut radius = d_hex;
+            let mut radius = 1.0;
             loop {
                 let mut best = f64::INFINITY;
                 // Half of M_p is at most the mean: so a box √2 larger holds all that are nearer.

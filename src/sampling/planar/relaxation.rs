@@ -29,13 +29,19 @@ const STEP: f64 = 1.0;
 const HALVINGS: usize = 6;
 
 /// Σ w M and Σ w M (q - p): what the pieces of one cell add up to.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Moments {
     mass: SymmetricDMat2,
     moment: DVec2,
 }
 
 impl Moments {
+    /// Not the default, since that of a matrix is the identity.
+    const ZERO: Self = Self {
+        mass: SymmetricDMat2::ZERO,
+        moment: DVec2::ZERO,
+    };
+
     #[inline]
     fn add(&mut self, weight: f64, m: &SymmetricDMat2, offset: DVec2) {
         self.mass += *m * weight;
@@ -71,7 +77,7 @@ impl Relaxer {
         relaxation: Relaxation,
     ) -> Result<f64, PatternError> {
         self.moments.clear();
-        self.moments.resize(mesh.vertices.len(), Moments::default());
+        self.moments.resize(mesh.vertices.len(), Moments::ZERO);
         match relaxation {
             Relaxation::Kite => self.add_kites(mesh),
             Relaxation::Star => self.add_stars(mesh),
@@ -133,7 +139,7 @@ impl Relaxer {
     fn add_border(&mut self, mesh: &Triangulation, rails: &[[DVec2; 2]]) {
         for (place, moments) in mesh.places.iter().zip(&mut self.moments) {
             if *place != Place::Free {
-                *moments = Moments::default();
+                *moments = Moments::ZERO;
             }
         }
         for side in mesh.borders() {

@@ -10,7 +10,7 @@
 //! holes, and the count stays.
 
 use super::{
-    PlanarDomain, PlanarMetric, PlanarSampling, PlanarSamples,
+    PlanarDomain, PlanarMetric, PlanarSamples, PlanarSampling,
     boundary::{insert_on_border, on_rail},
     insertion::Inserter,
     metric::{ScaledMetric, dot},
@@ -261,7 +261,7 @@ impl Changes {
             let [a, b] = ends.map(|v| mesh.vertex(v));
             let length = (dot(&(a.m + b.m), b.p - a.p, b.p - a.p) * 0.5).sqrt();
             edges[rail_of(mesh, ends, rails)].push((ends, length));
-            ends.map(|v| around[v as usize] += length);
+            ends.iter().for_each(|&v| around[v as usize] += length);
             on_border += 1.0;
         }
         let count = mesh.vertices.len() as f64;
@@ -276,7 +276,8 @@ impl Changes {
                 if excess < -BORDER_DEVIATION {
                     group.sort_by(|a, b| b.1.total_cmp(&a.1));
                     let splits = ((-excess).round() as usize).min(group.len());
-                    self.split.extend(group.iter().take(splits).map(|&(ends, _)| (ends, rail)));
+                    self.split
+                        .extend(group.iter().take(splits).map(|&(ends, _)| (ends, rail)));
                     excess += splits as f64;
                 } else if excess > BORDER_DEVIATION {
                     let mut inner: Vec<u32> = group.iter().map(|edge| edge.0[0]).collect();
@@ -302,14 +303,18 @@ impl Changes {
         for group in free.chunks(NEIGHBORHOOD) {
             let mut group = group.to_vec();
             group.sort_by(by_share);
-            excess += group.iter().map(|&v| 1.0 - shares.area[v as usize] / shares.mean).sum::<f64>();
+            excess += group
+                .iter()
+                .map(|&v| 1.0 - shares.area[v as usize] / shares.mean)
+                .sum::<f64>();
             let whole = excess.trunc().clamp(-(group.len() as f64), group.len() as f64);
             excess -= whole;
             let number = whole.abs() as usize;
             if whole > 0.0 {
                 self.remove.extend(group.iter().take(number));
             } else {
-                self.divide.extend(group.iter().rev().take(number).map(|&v| shares.largest[v as usize]));
+                self.divide
+                    .extend(group.iter().rev().take(number).map(|&v| shares.largest[v as usize]));
             }
         }
         self.divide.sort_unstable();
@@ -348,7 +353,10 @@ impl Shares {
                 }
             }
         }
-        let free = area.iter().zip(&mesh.places).filter(|(_, place)| **place == Place::Free);
+        let free = area
+            .iter()
+            .zip(&mesh.places)
+            .filter(|(_, place)| **place == Place::Free);
         let (sum, count) = free.fold((0.0, 0_u32), |(sum, count), (area, _)| (sum + area, count + 1));
         Self {
             area,
@@ -369,4 +377,3 @@ fn rail_of(mesh: &Triangulation, ends: [u32; 2], rails: &[[DVec2; 2]]) -> usize 
     let start = mesh.vertex(ends[0]).p;
     rails.iter().position(|rail| rail[0] == start).unwrap_or(0)
 }
-

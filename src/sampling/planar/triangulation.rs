@@ -303,7 +303,11 @@ impl Triangulation {
         for triangle in &mut self.triangles {
             triangle.v = triangle.v.map(|v| rank[v as usize]);
         }
-        let least: Vec<u32> = self.triangles.iter().map(|triangle| triangle.v[0].min(triangle.v[1]).min(triangle.v[2])).collect();
+        let least: Vec<u32> = self
+            .triangles
+            .iter()
+            .map(|triangle| triangle.v[0].min(triangle.v[1]).min(triangle.v[2]))
+            .collect();
         let triangle_order = argsort(&least);
         let triangle_rank = inverse(&triangle_order);
         self.triangles = triangle_order.iter().map(|&t| self.triangles[t as usize]).collect();
