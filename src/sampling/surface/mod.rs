@@ -306,7 +306,7 @@ fn label_step(
 /// Exactly `count` darts, on a mesh that is refined until it has room for them.
 fn first_set(domain: &mut Domain, count: usize, seed: u64) -> (FineMesh, darts::Darts) {
     /// Each round has four times the vertices.
-    const ROUNDS: usize = 12;
+    const ROUNDS: usize = 4;
     let mut mesh = FineMesh::new(domain);
     let mut darts = darts::throw(&mesh, count, seed);
     for _ in 0..ROUNDS {

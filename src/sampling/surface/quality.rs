@@ -22,8 +22,8 @@ use glam_matrix_extras::SymmetricMat3;
 const POINTS: usize = 100;
 /// Edges are no longer than this, where touching samples are 2 apart.
 const EDGE: f32 = 0.5;
-/// The most points of all.
-const MAX_POINTS: usize = 50_000_000;
+/// The most points per sample, besides the vertices of the graph.
+const MAX_POINTS: usize = 400;
 /// `d_hex` where the metric area is 2√3 per sample.
 const SPACING: f32 = 2.0;
 /// Cells nearer to a border than this, in `d_hex`, are cut by it.
@@ -43,7 +43,8 @@ pub fn surface_quality(
 ) -> Result<SampleQuality, PatternError> {
     check(graph, samples)?;
     let (mut domain, _) = Domain::new(graph, metrics, Density::Count(samples.len() as u32))?;
-    refine_to(&mut domain, EDGE, POINTS * samples.len(), MAX_POINTS);
+    let (least, most) = (POINTS * samples.len(), MAX_POINTS * samples.len() + graph.len());
+    refine_to(&mut domain, EDGE, least, most);
     let mesh = FineMesh::new(&domain);
     let sites = sites(&mesh, graph, samples);
     let mut cells = vec![NONE; mesh.len()];

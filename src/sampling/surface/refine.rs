@@ -68,18 +68,17 @@ impl Edges {
             .map(|[a, b]| [a.min(b), a.max(b)])
             .collect();
         let smaller: Vec<u32> = sides.iter().map(|side| side[0]).collect();
-        let (offsets, members) = group(&smaller, domain.positions.len());
+        let (offsets, mut members) = group(&smaller, domain.positions.len());
         let mut ends: Vec<[u32; 2]> = Vec::with_capacity(sides.len() / 2);
         let mut of_side = vec![0; sides.len()];
         for range in offsets.windows(2) {
-            let first = ends.len();
-            for &side in &members[range[0] as usize..range[1] as usize] {
-                let end = sides[side as usize];
-                let known = ends[first..].iter().position(|known| *known == end);
-                of_side[side as usize] = (first + known.unwrap_or(ends.len() - first)) as u32;
-                if known.is_none() {
-                    ends.push(end);
+            let around = &mut members[range[0] as usize..range[1] as usize];
+            around.sort_unstable_by_key(|&side| (sides[side as usize][1], side));
+            for &side in &*around {
+                if ends.last() != Some(&sides[side as usize]) {
+                    ends.push(sides[side as usize]);
                 }
+                of_side[side as usize] = ends.len() as u32 - 1;
             }
         }
         let of_triangle = of_side.chunks_exact(3).map(|e| [e[0], e[1], e[2]]).collect();
