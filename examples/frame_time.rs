@@ -124,7 +124,11 @@ fn samples(sheet: &RawMesh) -> Result<SampleSet, String> {
         set.neighbors.extend(ring);
         set.neighbor_offsets.push(set.neighbors.len() as u32);
     }
-    let nearest = |p: &Vec3| delaunay.nearest_neighbor(Point2::new(p.x, p.y)).map_or(0, |v| v.index() as u32);
+    let nearest = |p: &Vec3| {
+        delaunay
+            .nearest_neighbor(Point2::new(p.x, p.y))
+            .map_or(0, |v| v.index() as u32)
+    };
     let labels: Vec<u32> = sheet.positions.iter().map(nearest).collect();
     set.seeds = sheet.triangles.iter().map(|t| t.map(|v| labels[v as usize])).collect();
     Ok(set)
@@ -160,7 +164,11 @@ fn furnish(world: &mut World) -> Result<[Entity; 4], String> {
     ));
     let plain = world.spawn((Mesh3d(mesh.clone()), MeshMaterial3d(plain))).id();
     let pattern = (DirectionField::Axis(Dir3::X), Frequency::Uniform(8.0));
-    let striped = world.spawn((Mesh3d(mesh.clone()), MeshMaterial3d(striped), pattern)).id();
-    let celled = world.spawn((Mesh3d(mesh), MeshMaterial3d(celled), samples(&sheet)?)).id();
+    let striped = world
+        .spawn((Mesh3d(mesh.clone()), MeshMaterial3d(striped), pattern))
+        .id();
+    let celled = world
+        .spawn((Mesh3d(mesh), MeshMaterial3d(celled), samples(&sheet)?))
+        .id();
     Ok([Entity::PLACEHOLDER, plain, striped, celled])
 }

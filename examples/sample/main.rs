@@ -177,7 +177,7 @@ fn sample_mesh(args: &Args, path: &PathBuf) -> Result<(Value, Drawn), String> {
         sample_surface(&graph, &metrics, &options, &Progress::default()).map_err(|error| error.to_string())?;
     let total = start.elapsed() + graph_ms + metric_ms;
     write_points(args, &samples.set.positions)?;
-    let quality = surface_quality(&graph, &metrics, &samples.set);
+    let quality = surface_quality(&graph, &metrics, &samples.set).map_err(|error| error.to_string())?;
     let ms = times(
         &samples.times,
         graph_ms.as_secs_f32(),
@@ -220,7 +220,7 @@ fn sample_rectangle(args: &Args, sides: DVec2) -> Result<(Value, Drawn), String>
     let total = start.elapsed();
     let positions: Vec<Vec3> = samples.positions.iter().map(|p| p.extend(0.0).as_vec3()).collect();
     write_points(args, &positions)?;
-    let quality = planar_quality(&domain, &metric, &samples);
+    let quality = planar_quality(&domain, &metric, &samples.positions).map_err(|error| error.to_string())?;
     let ms = times(&samples.times, 0.0, 0.0, total.as_secs_f32());
     let set = samples.set();
     Ok((figures(method, &set, &quality, ms), Drawn { set, mesh: None }))

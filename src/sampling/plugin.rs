@@ -191,7 +191,10 @@ fn update_samples(mut sampled: Query<Sampled>, mut tools: Tools, mut images: Mes
         if let Some(sampler) = current.as_mut() {
             changed |= !sampler.ground.is_same(&ground);
             let Sampler {
-                task, outdated, progress, ..
+                task,
+                outdated,
+                progress,
+                ..
             } = &mut **sampler;
             if let Some(running) = task {
                 *outdated |= changed;

@@ -61,7 +61,11 @@ fn sets_are_shown_shared_and_replaced(stage: &mut Stage) {
     let material = stage.add(labels());
     let first = spawn(stage, &mesh, &one, &material);
     let second = spawn(stage, &mesh, &other, &material);
-    stage.app.world_mut().entity_mut(second).insert(Transform::from_xyz(10.0, 0.0, 0.0));
+    stage
+        .app
+        .world_mut()
+        .entity_mut(second)
+        .insert(Transform::from_xyz(10.0, 0.0, 0.0));
     let view = |x: f32| Lens {
         from: Vec3::new(x, 0.0, 3.0),
         to: Vec3::new(x, 0.0, 0.0),
@@ -76,7 +80,11 @@ fn sets_are_shown_shared_and_replaced(stage: &mut Stage) {
     stage.app.world_mut().entity_mut(first).insert(other.clone());
     assert!(shows(&stage.picture(view(0.0)), &other), "the picture follows the set");
     let memory = stage.app.world().get::<CellMemory>(first).unwrap();
-    assert_eq!((memory.tag(), memory.record().site_base), (tag, sites), "written in place");
+    assert_eq!(
+        (memory.tag(), memory.record().site_base),
+        (tag, sites),
+        "written in place"
+    );
 
     stage.app.world_mut().entity_mut(first).insert(larger.clone());
     assert!(shows(&stage.picture(view(0.0)), &larger), "a larger set");
@@ -114,7 +122,11 @@ fn mistakes_are_told(stage: &mut Stage) {
         stage.app.world_mut().entity_mut(entity).insert(bad);
         stage.app.update();
         stage.app.update();
-        assert!(matches!(state(stage, entity), CellState::Failed(_)), "{name}: {:?}", state(stage, entity));
+        assert!(
+            matches!(state(stage, entity), CellState::Failed(_)),
+            "{name}: {:?}",
+            state(stage, entity)
+        );
         let picture = stage.picture(square_on(24));
         assert!(picture.contrast() < 1e-3, "{name}: the base is drawn");
         stage.app.world_mut().entity_mut(entity).insert(set.clone());
@@ -126,7 +138,11 @@ fn mistakes_are_told(stage: &mut Stage) {
     settle(stage);
     assert!(matches!(
         state(stage, entity),
-        CellState::Failed(PatternError::SampleLists { found: 59, expected: 60, .. })
+        CellState::Failed(PatternError::SampleLists {
+            found: 59,
+            expected: 60,
+            ..
+        })
     ));
     stage.app.world_mut().entity_mut(entity).remove::<SampleValues>();
     assert!(shows(&stage.picture(square_on(24)), &set), "without values");
@@ -137,7 +153,11 @@ fn mistakes_are_told(stage: &mut Stage) {
     stage.app.world_mut().entity_mut(entity).remove::<MeshTag>();
     assert!(shows(&stage.picture(square_on(24)), &set), "with its own tag again");
 
-    stage.app.world_mut().entity_mut(entity).insert(DirectionField::Axis(Dir3::X));
+    stage
+        .app
+        .world_mut()
+        .entity_mut(entity)
+        .insert(DirectionField::Axis(Dir3::X));
     settle(stage);
     assert_eq!(state(stage, entity), CellState::Failed(PatternError::TwoPatterns));
     stage.clear([entity]);
@@ -145,11 +165,19 @@ fn mistakes_are_told(stage: &mut Stage) {
     let tagged = stage
         .app
         .world_mut()
-        .spawn((Mesh3d(mesh.clone()), MeshMaterial3d(material.clone()), MeshTag(77), set.clone()))
+        .spawn((
+            Mesh3d(mesh.clone()),
+            MeshMaterial3d(material.clone()),
+            MeshTag(77),
+            set.clone(),
+        ))
         .id();
     settle(stage);
     assert_eq!(state(stage, tagged), CellState::Failed(PatternError::MeshTagTaken));
-    assert!(stage.picture(square_on(24)).contrast() < 1e-3, "somebody else's tag is no record");
+    assert!(
+        stage.picture(square_on(24)).contrast() < 1e-3,
+        "somebody else's tag is no record"
+    );
     stage.clear([tagged]);
 }
 

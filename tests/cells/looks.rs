@@ -175,7 +175,11 @@ fn every_pass_draws(stage: &mut Stage) {
             ("deferred", Msaa::Off, 2),
         ] {
             let material = if prepass == 2 { &deferred } else { &forward };
-            stage.app.world_mut().entity_mut(entity).insert(MeshMaterial3d(material.clone()));
+            stage
+                .app
+                .world_mut()
+                .entity_mut(entity)
+                .insert(MeshMaterial3d(material.clone()));
             let (camera, target) = stage.camera(Lens { msaa, ..lens });
             let mut camera = stage.app.world_mut().entity_mut(camera);
             if prepass > 0 {
@@ -249,13 +253,21 @@ fn atlas() -> Image {
         let ink = if x < size { ring } else { stroke };
         [200, 60, 30, (255.0 * ink) as u8]
     };
-    let data: Vec<u8> = (0..size).flat_map(|y| (0..2 * size).flat_map(move |x| texel(x, y))).collect();
+    let data: Vec<u8> = (0..size)
+        .flat_map(|y| (0..2 * size).flat_map(move |x| texel(x, y)))
+        .collect();
     let extent = Extent3d {
         width: 2 * size as u32,
         height: size as u32,
         depth_or_array_layers: 1,
     };
-    let mut image = Image::new(extent, TextureDimension::D2, data, TextureFormat::Rgba8UnormSrgb, default());
+    let mut image = Image::new(
+        extent,
+        TextureDimension::D2,
+        data,
+        TextureFormat::Rgba8UnormSrgb,
+        default(),
+    );
     image.sampler = ImageSampler::linear();
     image
 }
@@ -331,7 +343,11 @@ fn gallery(stage: &mut Stage) {
     let set = triangulated(700, 3);
     let disc = |uv: Vec2| {
         let inside = uv.distance(Vec2::new(0.4, 0.35)) < 0.25;
-        if inside { LinearRgba::rgb(0.9, 0.5, 0.05) } else { LinearRgba::rgb(uv.x, 0.2, uv.y) }
+        if inside {
+            LinearRgba::rgb(0.9, 0.5, 0.05)
+        } else {
+            LinearRgba::rgb(uv.x, 0.2, uv.y)
+        }
     };
     let values = SampleValues(planar_uvs(&set).into_iter().map(disc).collect());
     let material = stage.add(CellMaterial2d {
@@ -347,6 +363,10 @@ fn gallery(stage: &mut Stage) {
     let picture = picture_2d(stage, 400);
     picture.save("mosaic");
     // The disc is left of the middle and above it.
-    assert!(picture.at(160, 140).x > 0.5 && picture.at(160, 140).z < 0.1, "{}", picture.at(160, 140));
+    assert!(
+        picture.at(160, 140).x > 0.5 && picture.at(160, 140).z < 0.1,
+        "{}",
+        picture.at(160, 140)
+    );
     stage.clear([entity]);
 }

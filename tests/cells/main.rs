@@ -33,7 +33,10 @@ fn cell_stage() -> Stage {
         PatternMaterialPlugin::<Probe>::default(),
     ));
     probe::add_shader(&mut stage.app);
-    stage.app.world_mut().register_required_components::<MeshMaterial3d<Probe>, bevy_field_patterns::cells::DrawCells>();
+    stage
+        .app
+        .world_mut()
+        .register_required_components::<MeshMaterial3d<Probe>, bevy_field_patterns::cells::DrawCells>();
     stage
 }
 
@@ -50,7 +53,10 @@ fn settle(stage: &mut Stage) {
     for _ in 0..1000 {
         stage.app.update();
         let mut states = stage.app.world_mut().query::<&CellState>();
-        if !states.iter(stage.app.world()).any(|state| *state == CellState::Preparing) {
+        if !states
+            .iter(stage.app.world())
+            .any(|state| *state == CellState::Preparing)
+        {
             stage.app.update();
             return;
         }
@@ -141,7 +147,12 @@ fn probed(stage: &mut Stage, mesh: &Handle<Mesh>, set: &SampleSet, lens: Lens) -
     let seen = (0..labels.pixels.len())
         .filter(|&k| labels.pixels[k].w == 0.5)
         .map(|k| {
-            let (l, p, d, n) = (labels.pixels[k], positions.pixels[k], depths.pixels[k], normals.pixels[k]);
+            let (l, p, d, n) = (
+                labels.pixels[k],
+                positions.pixels[k],
+                depths.pixels[k],
+                normals.pixels[k],
+            );
             Seen {
                 label: l.x as usize,
                 evaluations: l.y,
@@ -212,7 +223,11 @@ fn compare(stage: &mut Stage, name: &str, mesh: &Handle<Mesh>, set: &SampleSet, 
         share(apart),
         evaluations / seen.len() as f64
     );
-    assert!(share(wrong) <= allowed, "{name}: {wrong} of {} fragments are wrong", seen.len());
+    assert!(
+        share(wrong) <= allowed,
+        "{name}: {wrong} of {} fragments are wrong",
+        seen.len()
+    );
     assert!(share(strange) > 0.05, "{name}: the comparison cannot fail");
     assert_eq!(apart, 0, "{name}: the twin disagrees");
     assert!(worst < 2e-3, "{name}: the border is off by {worst}");

@@ -25,7 +25,9 @@ pub fn ellipse(long: Vec3, normal: Vec3, r1: f32, r2: f32) -> SymmetricMat3 {
 /// The sample nearest to a point in its own metric, of all.
 pub fn nearest(set: &SampleSet, point: Vec3) -> usize {
     let distance = |i: &usize| set.distance_squared(*i, point);
-    (0..set.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap()
+    (0..set.len())
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .unwrap()
 }
 
 /// A field of metrics over the square [-1, 1]².
@@ -35,7 +37,9 @@ pub type Field = fn(Vec2) -> (Vec2, f32);
 pub const FIELDS: [(&str, Field); 3] = [
     ("round", |_| (Vec2::X, 1.0)),
     ("ratio 4", |_| (Vec2::from_angle(0.5), 4.0)),
-    ("vortex 10", |p| (p.perp().normalize_or(Vec2::X), 1.0 + 9.0 * p.length().min(1.0))),
+    ("vortex 10", |p| {
+        (p.perp().normalize_or(Vec2::X), 1.0 + 9.0 * p.length().min(1.0))
+    }),
 ];
 
 /// Points of the square, relaxed to the middles of their cells, with the neighbours of a fine raster. No seeds yet.
@@ -122,7 +126,9 @@ pub fn on_torus(count: usize, seed_of_random: u32) -> (SampleSet, RawMesh) {
     // Best candidates: the vertex that is farthest from all samples so far.
     let mut chosen: Vec<usize> = vec![];
     while chosen.len() < count {
-        let candidates: Vec<usize> = (0..12).map(|_| (random.unit() * mesh.positions.len() as f32) as usize).collect();
+        let candidates: Vec<usize> = (0..12)
+            .map(|_| (random.unit() * mesh.positions.len() as f32) as usize)
+            .collect();
         let distance = |&v: &usize| {
             let to = |&c: &usize| {
                 let r = mesh.positions[c] - mesh.positions[v];
@@ -130,7 +136,11 @@ pub fn on_torus(count: usize, seed_of_random: u32) -> (SampleSet, RawMesh) {
             };
             chosen.iter().map(to).fold(f32::MAX, f32::min)
         };
-        chosen.extend(candidates.into_iter().max_by(|a, b| distance(a).total_cmp(&distance(b))));
+        chosen.extend(
+            candidates
+                .into_iter()
+                .max_by(|a, b| distance(a).total_cmp(&distance(b))),
+        );
     }
     let positions: Vec<Vec3> = chosen.iter().map(|&v| mesh.positions[v]).collect();
     let mut set = SampleSet {
@@ -140,7 +150,10 @@ pub fn on_torus(count: usize, seed_of_random: u32) -> (SampleSet, RawMesh) {
         ..default()
     };
     seed(&mut set, &mesh.positions, &mesh.triangles);
-    let pairs = set.seeds.iter().flat_map(|s| [(s[0], s[1]), (s[1], s[2]), (s[2], s[0])]);
+    let pairs = set
+        .seeds
+        .iter()
+        .flat_map(|s| [(s[0], s[1]), (s[1], s[2]), (s[2], s[0])]);
     let pairs = pairs.map(|(a, b)| (a as usize, b as usize)).collect();
     connect(&mut set, pairs);
     (set, mesh)
@@ -151,7 +164,10 @@ pub fn triangulated(count: usize, seed: u32) -> SampleSet {
     use spade::{DelaunayTriangulation, Point2, Triangulation};
     let mut set = planar(count, FIELDS[0].1, 200, 4, seed);
     // Corners, so that the triangles cover the square.
-    for (i, corner) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)].into_iter().enumerate() {
+    for (i, corner) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
+        .into_iter()
+        .enumerate()
+    {
         set.positions[i] = Vec3::new(corner.0, corner.1, 0.0);
     }
     let points = set.positions.iter().map(|p| Point2::new(p.x, p.y)).collect();
@@ -160,7 +176,10 @@ pub fn triangulated(count: usize, seed: u32) -> SampleSet {
         .inner_faces()
         .map(|face| face.vertices().map(|v| v.index() as u32))
         .collect();
-    let pairs = set.seeds.iter().flat_map(|s| [(s[0], s[1]), (s[1], s[2]), (s[2], s[0])]);
+    let pairs = set
+        .seeds
+        .iter()
+        .flat_map(|s| [(s[0], s[1]), (s[1], s[2]), (s[2], s[0])]);
     let pairs = pairs.map(|(a, b)| (a as usize, b as usize)).collect();
     connect(&mut set, pairs);
     set

@@ -146,11 +146,11 @@ impl Stage {
     pub fn new<M>(plugins: impl Plugins<M>) -> Self {
         let mut app = App::new();
         app.add_plugins(headless_plugins())
-        .add_plugins(plugins)
-        .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(16)))
-        .insert_resource(ClearColor(Color::BLACK))
-        .insert_resource(DirectionalLightShadowMap { size: 1024 })
-        .init_resource::<Received>();
+            .add_plugins(plugins)
+            .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_millis(16)))
+            .insert_resource(ClearColor(Color::BLACK))
+            .insert_resource(DirectionalLightShadowMap { size: 1024 })
+            .init_resource::<Received>();
         while app.plugins_state() == PluginsState::Adding {
             bevy::tasks::tick_global_task_pools_on_main_thread();
         }
