@@ -68,8 +68,8 @@ pub fn check_samples(set: &SampleSet) -> Result<(), PatternError> {
     }
     // Sylvester's criterion.
     let positive = |i: usize| {
-        let m = &set.metrics[i];
-        m.m00 > 0.0 && m.m00 * m.m11 - m.m01 * m.m01 > 0.0 && m.determinant() > 0.0
+        let m = set.metrics[i].as_symmetric_dmat3();
+        m.m00 > 0.0 && m.m00 * m.m11 - m.m01 * m.m01 > 0.0 && m.to_mat3().determinant() > 0.0
     };
     match (0..n).find(|&i| !positive(i)) {
         Some(index) => Err(PatternError::NotPositive {

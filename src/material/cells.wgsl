@@ -140,7 +140,7 @@ fn find_cell(point: CellPoint, rounding: f32) -> Cell {
     for (var turn = 0u; turn < MAX_ROUNDS; turn++) {
         let own = dot(cell.seen, cell.seen);
         let own_gradient = half_gradient(cell.site, cell.seen);
-        var next = cell;
+        var next = cell.sample;
         var nearest = own;
         var blend = 0.0;
         cell.border = FAR;
@@ -152,31 +152,33 @@ fn find_cell(point: CellPoint, rounding: f32) -> Cell {
             let distance = dot(seen, seen);
             if distance < nearest {
                 nearest = distance;
-                next.sample = sample;
-                next.site = site;
-                next.seen = seen;
+                next = sample;
             }
             let across = half_gradient(site, seen) - own_gradient;
             let along = across - point.normal * dot(point.normal, across);
-            let slope = max(length(along), TINY);
-            let border = 0.5 * (distance - own) / slope;
-            blend += select(0.0, exp(-border / rounding), rounding > 0.0);
+            let border = 0.5 * (distance - own) * inverseSqrt(max(dot(along, along), TINY));
+            if rounding > 0.0 {
+                blend += exp(-border / rounding);
+            }
             if border < cell.border {
                 cell.border = border;
-                cell.inwards = along / slope;
+                cell.inwards = along;
                 cell.neighbor = sample;
             }
             cell.evaluations += 1u;
         }
-        if next.sample == cell.sample {
+        if next == cell.sample {
             if rounding > 0.0 {
                 cell.border = min(cell.border, -rounding * log(max(blend, TINY)));
             }
             break;
         }
-        next.evaluations = cell.evaluations;
-        cell = next;
+        cell.sample = next;
+        cell.site = load_site(site_base, next);
+        cell.seen = seen_from(cell.site, point.x);
+        cell.border = 0.0;
     }
+    cell.inwards *= inverseSqrt(max(dot(cell.inwards, cell.inwards), TINY));
     return cell;
 }
 
