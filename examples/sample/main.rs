@@ -7,7 +7,12 @@
 //!
 //! Everything runs without an app; with `--screenshot` the cells are drawn as well.
 
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command line tool")]
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    unreachable_pub,
+    reason = "a command line tool of several modules"
+)]
 
 #[path = "../common/mod.rs"]
 mod common;

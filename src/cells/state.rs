@@ -68,7 +68,7 @@ pub fn check_samples(set: &SampleSet) -> Result<(), PatternError> {
     }
     // Sylvester's criterion.
     let positive = |i: usize| {
-        let m = &set.metrics[i];
+        let m = set.metrics[i].as_symmetric_dmat3();
         m.m00 > 0.0 && m.m00 * m.m11 - m.m01 * m.m01 > 0.0 && m.to_mat3().determinant() > 0.0
     };
     match (0..n).find(|&i| !positive(i)) {

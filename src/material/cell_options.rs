@@ -58,7 +58,7 @@ pub enum BorderWidth {
     Pixels(f32),
     /// In world units, on the surface as it is posed.
     World(f32),
-    /// In mean radii of the samples' ellipses, on the mesh at rest.
+    /// In mean radii of the cell's own ellipse, on the mesh at rest: small cells get narrow borders.
     Relative(f32),
 }
 

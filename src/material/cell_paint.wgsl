@@ -3,7 +3,7 @@
 // What a fragment of cells looks like: fill, texture, border, bump and the mean far away, put together. Words and units as
 // in `cell_style.wgsl`.
 
-#import bevy_field_patterns::cells::{CellPoint, Cell, find_cell, seen_from, mean_radius, TINY}
+#import bevy_field_patterns::cells::{CellPoint, Cell, find_cell, seen_from, TINY}
 #import bevy_field_patterns::cell_noise::unit_random
 #import bevy_field_patterns::cell_style::{
     CellPaint, ScreenFrame, style, fill_of, mean_fill, over, premultiplied, line_coverage, to_ellipse, world_scale,
@@ -21,17 +21,17 @@ fn cells_per_pixel(cell: Cell, point: CellPoint) -> f32 {
 }
 
 // The unit in which borders are measured. [unit/length]
-fn border_scale(per_pixel: vec2<f32>, world: f32, tag: u32) -> f32 {
+fn border_scale(per_pixel: vec2<f32>, world: f32, cell: Cell) -> f32 {
     switch style.border_unit {
         case UNIT_WORLD: { return world; }
-        case UNIT_RELATIVE: { return 1.0 / max(mean_radius(tag), TINY); }
+        case UNIT_RELATIVE: { return 1.0 / max(cell.site.radius, TINY); }
         default: { return 1.0 / max(length(per_pixel), TINY); }
     }
 }
 
 fn paint_cell(point: CellPoint, frame: ScreenFrame) -> CellPaint {
     var paint: CellPaint;
-    var cell = find_cell(point, style.rounding * rounding_unit(point));
+    var cell = find_cell(point, style.rounding);
     if !cell.defined {
         return paint;
     }
@@ -45,7 +45,7 @@ fn paint_cell(point: CellPoint, frame: ScreenFrame) -> CellPaint {
 
     let per_pixel = vec2(dot(cell.inwards, point.dx), dot(cell.inwards, point.dy));
     let world = world_scale(per_pixel, frame);
-    let scale = border_scale(per_pixel, world, point.tag);
+    let scale = border_scale(per_pixel, world, cell);
     let b = scale * cell.border;
     let pixel = scale * length(per_pixel);
     var half_width = 0.5 * style.border_width;
@@ -73,7 +73,7 @@ fn paint_cell(point: CellPoint, frame: ScreenFrame) -> CellPaint {
     paint.solid = select(1.0 - line, clamp(0.5 + (b + half_width) / max(pixel, TINY), 0.0, 1.0), ellipses);
 
     // A pillow: steepest at the border, level at `bump_width` from it.
-    let radius = max(mean_radius(point.tag), TINY);
+    let radius = max(cell.site.radius, TINY);
     let t = cell.border / (style.bump_width * radius);
     let rise = select(0.0, 2.0 * (1.0 - t), t > 0.0 && t < 1.0);
     paint.slope = style.bump / style.bump_width * rise * (1.0 - paint.fade) * per_pixel * world;
@@ -82,13 +82,6 @@ fn paint_cell(point: CellPoint, frame: ScreenFrame) -> CellPaint {
     paint.solid = 1.0;
 #endif
     return paint;
-}
-
-fn rounding_unit(point: CellPoint) -> f32 {
-    if style.rounding == 0.0 || point.tag == 0u {
-        return 0.0;
-    }
-    return mean_radius(point.tag);
 }
 
 // The mean of cells that are smaller than a pixel. `line`: half a border's width in ellipse radii.

@@ -36,7 +36,8 @@ pub type CellMaterial = ExtendedMaterial<StandardMaterial, Cells>;
 
 /// The style of cells; the extension of [`CellMaterial`].
 ///
-/// Lengths that are *relative* are in mean radii of the entity's samples, so that one style suits meshes of any size.
+/// Lengths that are *relative* are in mean radii of the cell's own ellipse, so that one style suits meshes of any size and
+/// cells of many sizes.
 /// Where cells are smaller than pixels, the mean of what is drawn near takes their place.
 #[derive(Asset, Reflect, Debug, Clone, PartialEq)]
 #[reflect(Default, Clone, PartialEq)]
@@ -55,7 +56,7 @@ pub struct Cells {
     pub gap_color: LinearRgba,
     /// Radius of a cell's corners, relative, 0..=1; the border fills what is cut off. Default 0: sharp corners.
     pub rounding: f32,
-    /// How far borders wander off, relative; 0.16 looks like grown tissue, much more frays them. Default 0: straight.
+    /// How far borders wander off, in mean radii of all the entity's samples; 0.16 looks like grown tissue, much more frays them. Default 0: straight.
     pub noise: f32,
     /// Wiggles of such borders per mean radius, above 0. Default 1.6.
     pub noise_scale: f32,

@@ -127,7 +127,7 @@ fn nearest_seed(point: CellPoint) -> Cell {
 
 // The cell of a point: from the nearest seed on to the nearest neighbour, as long as that is nearer. The last ring is
 // that of the cell itself, so the border comes with it: where d_j^2 - d^2 = 0, to first order along the surface, for the
-// nearest of all neighbours j. `rounding` [length] rounds the cell's corners; 0 leaves them.
+// nearest of all neighbours j. `rounding`, in mean radii of the cell, rounds its corners; 0 leaves them.
 fn find_cell(point: CellPoint, rounding: f32) -> Cell {
     var cell: Cell;
     if !has_cells(point) {
@@ -140,9 +140,11 @@ fn find_cell(point: CellPoint, rounding: f32) -> Cell {
     for (var turn = 0u; turn < MAX_ROUNDS; turn++) {
         let own = dot(cell.seen, cell.seen);
         let own_gradient = half_gradient(cell.site, cell.seen);
-        var next = cell;
+        var next = cell.sample;
         var nearest = own;
         var blend = 0.0;
+        var blended = vec3(0.0);
+        let softness = rounding * cell.site.radius;
         cell.border = FAR;
         let end = cell_words[offsets + cell.sample + 1u];
         for (var k = cell_words[offsets + cell.sample]; k < end; k++) {
@@ -152,31 +154,37 @@ fn find_cell(point: CellPoint, rounding: f32) -> Cell {
             let distance = dot(seen, seen);
             if distance < nearest {
                 nearest = distance;
-                next.sample = sample;
-                next.site = site;
-                next.seen = seen;
+                next = sample;
             }
             let across = half_gradient(site, seen) - own_gradient;
             let along = across - point.normal * dot(point.normal, across);
-            let slope = max(length(along), TINY);
-            let border = 0.5 * (distance - own) / slope;
-            blend += select(0.0, exp(-border / rounding), rounding > 0.0);
+            let steepness = inverseSqrt(max(dot(along, along), TINY));
+            let border = 0.5 * (distance - own) * steepness;
+            if softness > 0.0 {
+                let weight = exp(-border / softness);
+                blend += weight;
+                blended += weight * steepness * along;
+            }
             if border < cell.border {
                 cell.border = border;
-                cell.inwards = along / slope;
+                cell.inwards = along;
                 cell.neighbor = sample;
             }
             cell.evaluations += 1u;
         }
-        if next.sample == cell.sample {
-            if rounding > 0.0 {
-                cell.border = min(cell.border, -rounding * log(max(blend, TINY)));
+        if next == cell.sample {
+            if softness > 0.0 && blend > 0.0 {
+                cell.border = min(cell.border, -softness * log(blend));
+                cell.inwards = blended;
             }
             break;
         }
-        next.evaluations = cell.evaluations;
-        cell = next;
+        cell.sample = next;
+        cell.site = load_site(site_base, next);
+        cell.seen = seen_from(cell.site, point.x);
+        cell.border = 0.0;
     }
+    cell.inwards *= inverseSqrt(max(dot(cell.inwards, cell.inwards), TINY));
     return cell;
 }
 

@@ -28,6 +28,9 @@ pub struct SampleSet {
     /// For each triangle of the surface, the samples nearest to its three corners (in their own metrics): where the search
     /// for a point's cell begins. In the plane the triangles are those of the triangulated samples themselves.
     pub seeds: Vec<[u32; 3]>,
+    /// Of a planar set, where the corners of each triangle of [`seeds`](Self::seeds) are: at the samples themselves, but for
+    /// corners of a domain that has too few samples to have one there. Empty on a surface.
+    pub corners: Vec<[Vec3; 3]>,
 }
 
 impl SampleSet {

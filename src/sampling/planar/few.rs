@@ -9,7 +9,7 @@ use super::{
     options::PlanarSampling,
     raster::{Nearest, Raster},
     sampler::{HEX_DISTANCE, Plan},
-    samples::PlanarSamples,
+    samples::{PlanarSamples, corners},
     triangulation::{Triangulation, Vertex},
 };
 use crate::{
@@ -48,7 +48,7 @@ pub(super) fn few_samples(
         }
     }
     let relaxed = start.elapsed().as_secs_f32() * 1e3;
-    let triangles = triangles(plan, &samples)?;
+    let (triangles, corners) = triangles(plan, &samples)?;
     let mut edges = edges(&triangles);
     edges.extend(touching(&raster, &nearest(&raster, &samples)));
     edges.sort_unstable();
@@ -59,6 +59,7 @@ pub(super) fn few_samples(
         metrics: samples.iter().map(|(_, m)| *m).collect(),
         boundary: vec![false; samples.len()],
         triangles,
+        corners,
         edges,
         scale: plan.metric.scale,
         steps,
@@ -144,10 +145,11 @@ fn step(
     Ok((sum / samples.len() as f64).sqrt())
 }
 
-/// The triangulation of the samples and the domain's corners, a corner named by the nearest sample.
-fn triangles(plan: &Plan, samples: &[Sample]) -> Result<Vec<[u32; 3]>, PatternError> {
+/// The triangulation of the samples and the domain's corners, a corner named by the nearest sample; and where its corners
+/// are.
+fn triangles(plan: &Plan, samples: &[Sample]) -> Result<(Vec<[u32; 3]>, Vec<[DVec2; 3]>), PatternError> {
     let mut mesh = plan.corners()?;
-    let corners = mesh.vertices.len() as u32;
+    let helpers = mesh.vertices.len() as u32;
     mesh.flip_violated();
     for &(p, m) in samples {
         let t = triangle_at(&mesh, p);
@@ -161,8 +163,9 @@ fn triangles(plan: &Plan, samples: &[Sample]) -> Result<Vec<[u32; 3]>, PatternEr
         (0..).zip(samples).min_by(by_distance).map_or(0, |(i, _)| i)
     };
     let named: Vec<u32> = plan.ground.points.iter().map(|&p| nearest(p)).collect();
-    let name = |v: u32| if v < corners { named[v as usize] } else { v - corners };
-    Ok(mesh.triangles.iter().map(|triangle| triangle.v.map(name)).collect())
+    let name = |v: u32| if v < helpers { named[v as usize] } else { v - helpers };
+    let names = mesh.triangles.iter().map(|triangle| triangle.v.map(name)).collect();
+    Ok((names, corners(&mesh)))
 }
 
 /// The triangle that a point lies in, or lies in most nearly.

@@ -22,6 +22,8 @@ pub struct PlanarSamples {
     /// The samples at the corners of each triangle, counter-clockwise. Where the samples are too few to keep the domain's
     /// corners, a corner is named by the sample whose cell it lies in: then a sample can be named twice in a triangle.
     pub triangles: Vec<[u32; 3]>,
+    /// Where the corners of each triangle are.
+    pub corners: Vec<[DVec2; 3]>,
     /// Samples whose cells touch, as (smaller, larger) index, each pair once, in no order.
     pub edges: Vec<[u32; 2]>,
     /// The factor between the user's metric and [`metrics`](Self::metrics).
@@ -53,6 +55,7 @@ impl PlanarSamples {
             boundary: mesh.places.iter().map(|place| *place != Place::Free).collect(),
             edges: mesh.edges(),
             triangles: mesh.triangles.iter().map(|triangle| triangle.v).collect(),
+            corners: corners(mesh),
             scale,
             ..Self::default()
         }
@@ -72,6 +75,11 @@ impl PlanarSamples {
             neighbor_offsets,
             neighbors,
             seeds: self.triangles.clone(),
+            corners: self
+                .corners
+                .iter()
+                .map(|corners| corners.map(|p| p.as_vec2().extend(0.0)))
+                .collect(),
         }
     }
 
@@ -111,6 +119,13 @@ impl PlanarSamples {
         }
         (offsets, neighbors)
     }
+}
+
+/// Where the corners of a triangulation's triangles are.
+pub(super) fn corners(mesh: &Triangulation) -> Vec<[DVec2; 3]> {
+    (0..mesh.triangles.len())
+        .map(|t| mesh.corners(t).map(|corner| corner.p))
+        .collect()
 }
 
 /// The metric in space, with the eigenvalue √(λ₁λ₂) along z.
