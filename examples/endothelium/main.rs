@@ -102,7 +102,7 @@ fn setup(
             fill: CellFill::Palette(tissue()),
             border_width: border_width(borders),
             border_color: LinearRgba::from(Srgba::rgb(0.32, 0.09, 0.09)),
-            noise: 0.14,
+            noise: 0.1,
             rounding: 0.2,
             bump: 0.35,
             bump_width: 0.6,

@@ -88,7 +88,7 @@ fn main() -> ExitCode {
                 ratio: cli.ratio,
                 detail: cli.detail,
                 importance: cli.importance,
-                joint: 0.16,
+                joint: 0.12,
             })
             .add_systems(Startup, move |commands: Commands, images: ResMut<Assets<Image>>| {
                 lay(commands, images, image.clone(), size);
@@ -141,7 +141,7 @@ fn take_wishes(
                 fill: CellFill::Values,
                 border_width: BorderWidth::Relative(wishes.joint),
                 border_color: LinearRgba::from(Srgba::rgb(0.20, 0.19, 0.18)),
-                rounding: 0.35,
+                rounding: 0.12,
                 jitter: 0.06,
                 ..default()
             },

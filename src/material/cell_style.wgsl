@@ -73,20 +73,24 @@ struct CellPaint {
 // The point whose cell is drawn: wobbling about the fragment's own, for borders that are not straight. The same everywhere
 // on a mesh, so that it has no seams. Takes derivatives: call it in uniform control flow.
 fn styled_point(pattern: vec2<u32>, rest: vec3<f32>) -> CellPoint {
-    let point = cell_point(pattern, rest);
-    if style.noise == 0.0 {
+    var point = cell_point(pattern, rest);
+    if style.noise == 0.0 || !has_cells(point) {
         return point;
     }
-    var scale = 1.0;
-    if has_cells(point) {
-        scale = max(mean_radius(point.tag), TINY);
-    }
-    let p = style.noise_scale * rest / scale;
+    // Not by derivatives of the wobble: helper invocations need not see the buffers.
+    let scale = max(mean_radius(point.tag), TINY);
+    let x = wobbled(point.x, point.normal, scale);
+    point.dx = wobbled(point.x + point.dx, point.normal, scale) - x;
+    point.dy = wobbled(point.x + point.dy, point.normal, scale) - x;
+    point.x = x;
+    return point;
+}
+
+// A point of the surface moved along it, by waves about as long as `scale`.
+fn wobbled(x: vec3<f32>, normal: vec3<f32>, scale: f32) -> vec3<f32> {
+    let p = style.noise_scale * x / scale;
     let wobble = vector_noise(p) + 0.5 * vector_noise(2.3125 * p + 17.0);
-    let moved = wobble - point.normal * dot(point.normal, wobble);
-    var noisy = cell_point(pattern, rest + scale * style.noise * moved);
-    noisy.normal = point.normal;
-    return noisy;
+    return x + scale * style.noise * (wobble - normal * dot(normal, wobble));
 }
 
 fn premultiplied(color: vec4<f32>) -> vec4<f32> {
