@@ -14,18 +14,17 @@
 //! elsewhere a cut moves an amount of area and moment from one cell to another.
 
 use super::{
-    form,
-    mesh::{FineMesh, NONE},
+    mesh::FineMesh,
     walk::{Site, walk},
 };
 use crate::parallel;
 use bevy::{math::Vec4, prelude::*};
-use glam_matrix_extras::SymmetricMat3;
 
 /// Cells per task.
 const CELLS: usize = 512;
-/// Triangles per task.
-const TRIANGLES: usize = 8192;
+/// The least vertices per task, and the most tasks. Tasks depend on the mesh alone, since sums depend on the tasks.
+const VERTICES: usize = 4096;
+const TASKS: usize = 64;
 /// A third of a triangle, as [`Polygon::moment`] has it.
 const THIRD: f32 = 1.0 / 3.0;
 
@@ -46,156 +45,181 @@ pub(super) fn step(mesh: &FineMesh, sites: &[Site], labels: &[u32], relaxation: 
 
 /// Area (w) and first moment about the site (xyz) of each cell.
 fn moments(mesh: &FineMesh, sites: &[Site], labels: &[u32]) -> Vec<Vec4> {
-    let mut moments = vec![Vec4::ZERO; sites.len()];
-    for (v, &label) in labels.iter().enumerate() {
-        if let Some(site) = sites.get(label as usize) {
-            moments[label as usize] += mesh.flat_weights[v] * (mesh.positions[v] - site.position).extend(1.0);
+    let tasks = mesh.len().div_ceil(VERTICES).clamp(1, TASKS);
+    let parts = parallel::collect_by(1, tasks, |task| {
+        let range = |len: usize| len * task / tasks..len * (task + 1) / tasks;
+        let mut part = Part::new(sites);
+        for v in range(mesh.len()) {
+            part.add(labels[v], mesh.flat_weights[v], mesh.positions[v], Vec4::ZERO);
         }
-    }
-    let tasks = mesh.triangles.len().div_ceil(TRIANGLES);
-    let transfers = parallel::collect_by(1, tasks, |task| {
-        let mut transfers = Vec::new();
-        let first = task * TRIANGLES;
-        for t in first..(first + TRIANGLES).min(mesh.triangles.len()) {
-            push_transfers(&mut transfers, mesh, sites, labels, t);
+        for t in range(mesh.triangles.len()) {
+            let vertices = mesh.triangles[t];
+            let [a, b, c] = vertices.map(|v| labels[v as usize]);
+            if a != b || b != c {
+                part.cut(mesh, vertices, [a, b, c], mesh.flat_areas[t]);
+            }
         }
-        transfers
+        part.moments
     });
-    // In the order of the triangles, whoever cut them.
-    for Transfer {
-        from,
-        to,
-        amount,
-        about,
-    } in transfers.into_iter().flatten()
-    {
-        let moved = |site: &Site| amount + (amount.w * (about - site.position)).extend(0.0);
-        if let Some(site) = sites.get(to as usize) {
-            moments[to as usize] += moved(site);
-        }
-        if let Some(site) = sites.get(from as usize) {
-            moments[from as usize] -= moved(site);
-        }
+    let mut moments = vec![Vec4::ZERO; sites.len()];
+    for (label, moment) in parts.into_iter().flatten() {
+        moments[label as usize] += moment;
     }
     moments
 }
 
-/// Area and moment about a point that a cut moves from one cell to another.
-#[derive(Debug, Clone, Copy)]
-struct Transfer {
-    from: u32,
-    to: u32,
-    amount: Vec4,
-    about: Vec3,
+/// The moments of those cells that one task has to do with.
+struct Part<'a> {
+    sites: &'a [Site],
+    moments: Vec<(u32, Vec4)>,
+    /// One more than where each site's moment is, or 0.
+    slots: Vec<u32>,
 }
 
-/// What the cuts of a triangle move.
-#[inline(always)]
-fn push_transfers(transfers: &mut Vec<Transfer>, mesh: &FineMesh, sites: &[Site], labels: &[u32], triangle: usize) {
-    let vertices = mesh.triangles[triangle];
-    let [la, lb, lc] = vertices.map(|v| labels[v as usize]);
-    if la == lb && lb == lc {
-        return;
-    }
-    let corners = vertices.map(|v| mesh.positions[v as usize]);
-    let mut push = |from: u32, to: u32, weights: Vec3| {
-        let [a, b, c] = corners;
-        let moment = weights.y * (b - a) + weights.z * (c - a);
-        transfers.push(Transfer {
-            from,
-            to,
-            amount: mesh.flat_areas[triangle] * moment.extend(weights.element_sum()),
-            about: a,
-        });
-    };
-    if la != lb && lb != lc && lc != la {
-        for (k, own) in [la, lb, lc].into_iter().enumerate() {
-            push(
-                NONE,
-                own,
-                share_of_three(sites, corners, [la, lb, lc], own) - THIRD * Vec3::AXES[k],
-            );
+impl<'a> Part<'a> {
+    fn new(sites: &'a [Site]) -> Self {
+        Self {
+            sites,
+            moments: Vec::new(),
+            slots: vec![0; sites.len()],
         }
-    } else {
-        // One corner has another label than the two others.
-        let (lone, to, from) = if lb == lc {
-            (0, la, lb)
-        } else if lc == la {
-            (1, lb, lc)
-        } else {
-            (2, lc, la)
+    }
+
+    /// Adds an area at a point, and a moment about that point, to a cell.
+    #[inline(always)]
+    fn add(&mut self, label: u32, area: f32, about: Vec3, moment: Vec4) {
+        let Some(slot) = self.slots.get_mut(label as usize) else {
+            return;
         };
-        push(from, to, tip(sites, corners, to, from, lone) - THIRD * Vec3::AXES[lone]);
+        if *slot == 0 {
+            self.moments.push((label, Vec4::ZERO));
+            *slot = self.moments.len() as u32;
+        }
+        let way = about - self.sites[label as usize].position;
+        self.moments[*slot as usize - 1].1 += area * way.extend(1.0) + moment;
+    }
+
+    /// Moves what the cuts of a triangle move, compared with thirds.
+    #[inline(always)]
+    fn cut(&mut self, mesh: &FineMesh, vertices: [u32; 3], labels: [u32; 3], area: f32) {
+        // The corner with a label of its own comes first.
+        let ([u, v, w], [a, b, c]) = (vertices, labels);
+        let ([u, v, w], [a, b, c]) = if b == c {
+            ([u, v, w], [a, b, c])
+        } else if c == a {
+            ([v, w, u], [b, c, a])
+        } else {
+            ([w, u, v], [c, a, b])
+        };
+        let points = [u, v, w].map(|v| mesh.positions[v as usize]);
+        let squares = Corners::new(points);
+        let site = |label: u32| self.sites.get(label as usize);
+        let (Some(first), Some(second), Some(third)) = (site(a), site(b), site(c)) else {
+            return;
+        };
+        let (first, second) = (squares.of(first), squares.of(second));
+        let [p, q, r] = points;
+        let (across, along) = (q - p, r - p);
+        // An area and its moment about the first corner.
+        let scaled = |weights: Vec3| {
+            let moment = area * (weights.y * across + weights.z * along);
+            (area * weights.element_sum(), moment.extend(0.0))
+        };
+        if b == c {
+            let (size, moment) = scaled(tip(first - second) - THIRD * Vec3::X);
+            self.add(a, size, p, moment);
+            self.add(b, -size, p, -moment);
+        } else {
+            let shares = shares([first, second, squares.of(third)]);
+            for (k, label) in [a, b, c].into_iter().enumerate() {
+                let (size, moment) = scaled(shares[k] - THIRD * Vec3::AXES[k]);
+                self.add(label, size, p, moment);
+            }
+        }
     }
 }
 
-/// The part of a triangle around its corner `lone`, whose label differs from that of the two others: its part of the area,
-/// times the weights of the triangle's corners at its centroid.
+/// The corners of a triangle, coordinate by coordinate, so that all three are computed at once.
+struct Corners {
+    x: Vec4,
+    y: Vec4,
+    z: Vec4,
+}
+
+impl Corners {
+    #[inline(always)]
+    fn new([a, b, c]: [Vec3; 3]) -> Self {
+        Self {
+            x: Vec4::new(a.x, b.x, c.x, c.x),
+            y: Vec4::new(a.y, b.y, c.y, c.y),
+            z: Vec4::new(a.z, b.z, c.z, c.z),
+        }
+    }
+
+    /// The corners' squared distances from a site, in its metric.
+    #[inline(always)]
+    fn of(&self, site: &Site) -> Vec3 {
+        let (p, m) = (site.position, &site.metric);
+        let (x, y, z) = (self.x - p.x, self.y - p.y, self.z - p.z);
+        let square = x * (m.m00 * x + 2.0 * (m.m01 * y + m.m02 * z)) + y * (m.m11 * y + 2.0 * m.m12 * z) + m.m22 * z * z;
+        square.truncate()
+    }
+}
+
+/// The part of a triangle around its first corner, of which the second and the third have another label: its part of the
+/// area, times the weights of the triangle's corners at its centroid. Given is how much farther the corners are from the
+/// first one's site, squared, than from the other one.
 #[inline(always)]
-fn tip(sites: &[Site], corners: [Vec3; 3], own: u32, other: u32, lone: usize) -> Vec3 {
-    let (Some(own), Some(other)) = (sites.get(own as usize), sites.get(other as usize)) else {
-        return THIRD * Vec3::AXES[lone];
-    };
-    let (next, last) = ((lone + 1) % 3, (lone + 2) % 3);
-    let bisector = Bisector::new(own, other);
-    let excess = |k: usize| bisector.excess(corners[k]);
-    let here = excess(lone).min(0.0);
-    // Where the cells meet on the edge to corner k.
-    let cut = |k: usize| {
-        let there = excess(k);
+fn tip(excess: Vec3) -> Vec3 {
+    let here = excess.x.min(0.0);
+    // Where the cells meet on the edge to another corner.
+    let cut = |there: f32| {
         if there > 0.0 {
             here / (here - there)
         } else {
             f32::from(u8::from(here < 0.0))
         }
     };
-    let (s, t) = (cut(next), cut(last));
-    let mut weights = Vec3::ZERO;
-    weights[lone] = 1.0 - THIRD * (s + t);
-    weights[next] = THIRD * s;
-    weights[last] = THIRD * t;
-    s * t * weights
+    let (s, t) = (cut(excess.y), cut(excess.z));
+    s * t * Vec3::new(1.0 - THIRD * (s + t), THIRD * s, THIRD * t)
 }
 
-/// A cell's part of a triangle whose corners all have different labels, as [`tip`] has it.
-fn share_of_three(sites: &[Site], corners: [Vec3; 3], labels: [u32; 3], own: u32) -> Vec3 {
-    let mut polygon = Polygon::TRIANGLE;
-    for other in labels.into_iter().filter(|&other| other != own) {
-        if let (Some(own), Some(other)) = (sites.get(own as usize), sites.get(other as usize)) {
-            let bisector = Bisector::new(own, other);
-            polygon = polygon.clipped(Vec3::from_array(corners.map(|x| bisector.excess(x))));
-        }
-    }
-    polygon.moment()
+/// The cells' parts of a triangle whose corners all have different labels, as [`tip`] has them. Given are the squared
+/// distances of the corners from the first corner's site, the second's and the third's.
+#[inline]
+fn shares(squares: [Vec3; 3]) -> [Vec3; 3] {
+    shares_around_junction(squares).unwrap_or_else(|| {
+        [[0, 1, 2], [1, 2, 0], [2, 0, 1]].map(|[own, next, last]| {
+            let excess = |other: usize| squares[own] - squares[other];
+            Polygon::TRIANGLE.clipped(excess(next)).clipped(excess(last)).moment()
+        })
+    })
 }
 
-/// The quadric on which a point is equally near to two sites: d_i² - d_j² in terms of the way from site i.
-struct Bisector {
-    origin: Vec3,
-    quadratic: SymmetricMat3,
-    linear: Vec3,
-    constant: f32,
-}
-
-impl Bisector {
-    #[inline(always)]
-    fn new(own: &Site, other: &Site) -> Self {
-        let apart = other.position - own.position;
-        let gradient = form::apply(&other.metric, apart);
-        Self {
-            origin: own.position,
-            quadratic: form::difference(&own.metric, &other.metric),
-            linear: 2.0 * gradient,
-            constant: -gradient.dot(apart),
-        }
+/// [`shares`] where every corner is in its own cell and all three cells meet inside: each has a quadrangle.
+#[inline]
+fn shares_around_junction([f, g, h]: [Vec3; 3]) -> Option<[Vec3; 3]> {
+    let (fg, gh, hf) = (f - g, g - h, h - f);
+    let own = fg.x.max(gh.y).max(hf.z) < 0.0 && hf.x.min(fg.y).min(gh.z) > 0.0;
+    let meeting = fg.cross(gh);
+    let meeting = meeting / meeting.element_sum();
+    if !(own && meeting.min_element() >= 0.0) {
+        return None;
     }
-
-    /// How much farther a point is from the own site, squared, than from the other one.
-    #[inline(always)]
-    fn excess(&self, point: Vec3) -> f32 {
-        let way = point - self.origin;
-        form::square(&self.quadratic, way) + self.linear.dot(way) + self.constant
-    }
+    // How far it is from each corner to the border with the next one.
+    let (s, t, u) = (fg.x / (fg.x - fg.y), gh.y / (gh.y - gh.z), hf.z / (hf.z - hf.x));
+    // The quadrangle of a corner, the border towards the next corner, the meeting point and the border towards the last.
+    let quadrangle = |to_next: f32, to_last: f32, next: f32, last: f32| {
+        let (one, two) = (to_next * last, to_last * next);
+        let y = THIRD * (one * (to_next + next) + two * next);
+        let z = THIRD * (one * last + two * (to_last + last));
+        (one + two - y - z, y, z)
+    };
+    let Vec3 { x, y, z } = meeting;
+    let (aa, ab, ac) = quadrangle(s, 1.0 - u, y, z);
+    let (bb, bc, ba) = quadrangle(t, 1.0 - s, z, x);
+    let (cc, ca, cb) = quadrangle(u, 1.0 - t, x, y);
+    Some([Vec3::new(aa, ab, ac), Vec3::new(ba, bb, bc), Vec3::new(ca, cb, cc)])
 }
 
 /// A part of a triangle: its corners as weights of the triangle's corners. Two cuts make five corners at most.
@@ -213,6 +237,7 @@ impl Polygon {
 
     /// The part where a function that is linear in the weights, with the given values at the triangle's corners, is not
     /// positive.
+    #[inline]
     fn clipped(&self, values: Vec3) -> Self {
         let mut part = Self { len: 0, ..*self };
         for k in 0..self.len {
@@ -228,6 +253,7 @@ impl Polygon {
         part
     }
 
+    #[inline]
     fn push(&mut self, corner: Vec3) {
         if self.len < self.corners.len() {
             self.corners[self.len] = corner;
@@ -236,6 +262,7 @@ impl Polygon {
     }
 
     /// The part of the triangle's area, times the weights of the triangle's corners at the centroid.
+    #[inline]
     fn moment(&self) -> Vec3 {
         let Some((&first, rest)) = self.corners[..self.len].split_first() else {
             return Vec3::ZERO;

@@ -9,7 +9,7 @@ use super::{
     mesh::{FineMesh, NONE},
     walk::components,
 };
-use crate::sampling::surface::form;
+use crate::{sampling::surface::form, surface::order::inverse};
 
 /// The first radius, relative to the distance of neighbours in the hexagonal packing.
 const FIRST_RADIUS: f32 = 0.95;
@@ -46,10 +46,7 @@ pub(super) fn throw(mesh: &FineMesh, count: usize, seed: u64) -> Darts {
             board.radius = 0.0;
         }
     }
-    Darts {
-        vertices: board.darts,
-        labels: board.labels,
-    }
+    board.sorted()
 }
 
 struct Board<'a> {
@@ -102,6 +99,18 @@ impl<'a> Board<'a> {
                     self.queue.push(w);
                 }
             }
+        }
+    }
+
+    /// The darts in the order of their vertices, so that those near in space are near in memory.
+    fn sorted(self) -> Darts {
+        let mut order: Vec<u32> = (0..self.darts.len() as u32).collect();
+        order.sort_unstable_by_key(|&dart| self.darts[dart as usize]);
+        let rank = inverse(&order);
+        let renamed = |dart: u32| rank.get(dart as usize).copied().unwrap_or(NONE);
+        Darts {
+            vertices: order.iter().map(|&dart| self.darts[dart as usize]).collect(),
+            labels: self.labels.into_iter().map(renamed).collect(),
         }
     }
 

@@ -43,21 +43,27 @@ pub(super) fn exchange(mesh: &FineMesh, sites: &[Site], labels: &mut Vec<u32>, s
 /// The label of the nearest site among those of a vertex and its neighbours; its own where they are equally near.
 #[inline]
 fn best_label(mesh: &FineMesh, sites: &[Site], labels: &[u32], vertex: usize) -> u32 {
-    let (own, point) = (labels[vertex], mesh.positions[vertex]);
+    let own = labels[vertex];
+    let Some(&first) = mesh.neighbors(vertex).iter().find(|&&w| labels[w as usize] != own) else {
+        return own;
+    };
+    let point = mesh.positions[vertex];
     let square = |label: u32| match sites.get(label as usize) {
         Some(site) => site.square(point),
         None => f32::INFINITY,
     };
-    let (mut best, mut least) = (own, None);
-    for &neighbor in mesh.neighbors(vertex) {
+    // Two neighbours often have the same label: the last one that was no better is remembered.
+    let (mut best, mut least, mut worse) = (own, square(own), own);
+    for &neighbor in mesh.neighbors(vertex).iter().skip_while(|&&w| w != first) {
         let label = labels[neighbor as usize];
-        if label == best || label == own || label == NONE {
+        if label == best || label == worse || label == own {
             continue;
         }
-        let bound = *least.get_or_insert_with(|| square(own));
         let found = square(label);
-        if found < bound {
-            (best, least) = (label, Some(found));
+        if found < least {
+            (best, least) = (label, found);
+        } else {
+            worse = label;
         }
     }
     best

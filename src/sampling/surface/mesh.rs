@@ -10,6 +10,7 @@ use crate::{
 };
 use bevy::prelude::*;
 use glam_matrix_extras::SymmetricMat3;
+use std::sync::OnceLock;
 
 /// Marks a vertex or triangle that is none.
 pub(super) const NONE: u32 = u32::MAX;
@@ -35,6 +36,8 @@ pub(super) struct FineMesh {
     pub(super) sources: Vec<u32>,
     /// The vertex of each vertex of the graph.
     pub(super) vertex_of: Vec<u32>,
+    /// Unit normal of each vertex, once asked for.
+    normals: OnceLock<Vec<Vec3>>,
     face_offsets: Vec<u32>,
     faces: Vec<u32>,
     offsets: Vec<u32>,
@@ -102,10 +105,14 @@ impl FineMesh {
 
     /// Unit normal of the surface at a site: the mean of the triangles around the corners of its own, weighted by area.
     pub(super) fn normal(&self, site: &Site) -> Vec3 {
-        let corners = self.triangles[site.triangle as usize];
-        let around = |v: u32| -> Vec3 { self.faces(v as usize).iter().map(|&t| self.cross(t as usize)).sum() };
-        let weight = |k: usize| around(corners[k]).normalize_or_zero() * site.weights[k];
-        (weight(0) + weight(1) + weight(2))
+        let normals = self.normals.get_or_init(|| {
+            parallel::collect(self.len(), |v| {
+                let sum: Vec3 = self.faces(v).iter().map(|&t| self.cross(t as usize)).sum();
+                sum.normalize_or_zero()
+            })
+        });
+        let [a, b, c] = self.triangles[site.triangle as usize].map(|v| normals[v as usize]);
+        (a * site.weights.x + b * site.weights.y + c * site.weights.z)
             .try_normalize()
             .unwrap_or_else(|| self.cross(site.triangle as usize).normalize_or(Vec3::Z))
     }

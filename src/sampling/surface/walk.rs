@@ -27,6 +27,7 @@ pub(super) struct Site {
 
 impl Site {
     /// The site at a point of a triangle.
+    #[inline]
     pub(super) fn new(mesh: &FineMesh, triangle: u32, weights: Vec3) -> Self {
         let [a, b, c] = mesh.corners(triangle as usize);
         let corner = (0..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });
@@ -59,10 +60,17 @@ pub(super) fn walk(mesh: &FineMesh, start: u32, point: Vec3) -> Site {
     for _ in 0..MAX_STEPS {
         let mut next = here;
         let corners = mesh.triangles[here.triangle as usize];
-        // The nearest point lies on the feature of the corners with a weight: a vertex, an edge, or inside.
-        if here.weights.min_element() <= 0.0 {
-            for k in (0..3).filter(|&k| here.weights[k] > 0.0) {
-                next = next.or_among(mesh, mesh.faces(corners[k] as usize), point);
+        // The nearest point lies on the feature of the corners with a weight: a vertex, an edge, or inside. Triangles with
+        // that feature may be nearer.
+        let on = |k: usize| here.weights[k] > 0.0;
+        if let Some(k) = (0..3).find(|&k| on(k))
+            && here.weights.min_element() <= 0.0
+        {
+            let other = (k + 1..3).find(|&k| on(k)).unwrap_or(k);
+            for &t in mesh.faces(corners[k] as usize) {
+                if t != here.triangle && mesh.triangles[t as usize].contains(&corners[other]) {
+                    next = next.or_in(mesh, t, point);
+                }
             }
         }
         if next.triangle == here.triangle {
@@ -82,6 +90,7 @@ struct Nearest {
 }
 
 impl Nearest {
+    #[inline]
     fn new(mesh: &FineMesh, triangle: u32, point: Vec3) -> Self {
         let corners = mesh.corners(triangle as usize);
         let weights = closest_weights(point, corners);
@@ -94,19 +103,19 @@ impl Nearest {
         }
     }
 
-    fn or_among(self, mesh: &FineMesh, faces: &[u32], point: Vec3) -> Self {
-        faces.iter().filter(|&&t| t != self.triangle).fold(self, |best, &t| {
-            let other = Self::new(mesh, t, point);
-            if other.square < best.square * NEARER {
-                other
-            } else {
-                best
-            }
-        })
+    #[inline]
+    fn or_in(self, mesh: &FineMesh, triangle: u32, point: Vec3) -> Self {
+        let other = Self::new(mesh, triangle, point);
+        if other.square < self.square * NEARER {
+            other
+        } else {
+            self
+        }
     }
 }
 
 /// Weights of the corners at the point of a triangle that is nearest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).
+#[inline]
 pub(super) fn closest_weights(p: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
