@@ -2,7 +2,7 @@
 # Sourced by the other scripts: sees to it that the project can be built and run on this machine.
 #
 # On Debian and Ubuntu it installs what is missing (with sudo unless run as root); elsewhere it says what is missing:
-#   a C linker, Rust (said only), a Vulkan driver where there is none, and, where there is a display, three X11 libraries.
+#   a C linker, a C++ compiler, Rust (said only), a Vulkan driver where there is none, and, where there is a display, three X11 libraries.
 # Sets CARGO_TARGET_DIR and XDG_RUNTIME_DIR unless they are set.
 
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$HOME/.cache/bevy_field_patterns/target}"
@@ -63,6 +63,7 @@ setup() {
     [ "$(uname -s)" = Linux ] || return 0
     local missing=()
     has cc || missing+=(gcc libc6-dev)
+    has c++ || missing+=(g++)
     has_vulkan_driver || missing+=(mesa-vulkan-drivers)
     if has_display; then
         has_library libXcursor.so.1 || missing+=(libxcursor1)

@@ -13,18 +13,18 @@ cargo fmt --check
 # Naming an example makes cargo choose the features of Bevy that the lints above chose; `--lib` alone would compile
 # Bevy a third time.
 heading "Lints"
-cargo clippy --all-targets -- -D warnings
+cargo clippy --all-features --all-targets -- -D warnings
 
 heading "Documentation"
-RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --lib --example viewer
+RUSTDOCFLAGS="-D warnings" cargo doc --all-features --no-deps --lib --example viewer
 
 heading "Tests"
-cargo test --all-targets
+cargo test --all-features --all-targets
 
 heading "Examples in the documentation"
-cargo test --doc
+cargo test --all-features --doc
 
 heading "Tests at WebGPU's default limits"
-WGPU_SETTINGS_PRIO=webgpu cargo test --test '*'
+WGPU_SETTINGS_PRIO=webgpu cargo test --all-features --test '*'
 
 heading "All checks passed"
