@@ -38,7 +38,9 @@ fn shows(picture: &Picture, set: &SampleSet) -> bool {
     wrong * 50 <= width * width
 }
 
-pub fn run(stage: &mut Stage) {
+#[test]
+fn entities_own_what_they_show() {
+    let stage = &mut cell_stage();
     let before = used(stage);
     sets_are_shown_shared_and_replaced(stage);
     mistakes_are_told(stage);

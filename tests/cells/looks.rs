@@ -11,12 +11,13 @@ use bevy::{
 use bevy_field_patterns::cells::{SampleValues, planar_uvs};
 use sets::{ellipse, triangulated};
 
-pub fn run(stage: &mut Stage) {
+#[test]
+fn cells_look_as_they_should() {
+    let stage = &mut cell_stage();
     borders_are_as_wide_as_asked(stage);
     far_cells_are_their_mean(stage);
     every_pass_draws(stage);
     cells_stay_on_morphed_meshes(stage);
-    gallery(stage);
 }
 
 fn unlit(extension: Cells) -> CellMaterial {
@@ -99,7 +100,7 @@ fn borders_are_as_wide_as_asked(stage: &mut Stage) {
 
 /// Cells smaller than a pixel are their mean, and do not flicker; near ones are sharp.
 fn far_cells_are_their_mean(stage: &mut Stage) {
-    let (set, mesh) = on_square(900, FIELDS[1].1, 48);
+    let (set, mesh) = on_square(600, FIELDS[1].1, 48);
     let mesh = stage.add(to_bevy_mesh(&mesh));
     let extension = Cells {
         fill: CellFill::Palette(vec![LinearRgba::BLACK, LinearRgba::WHITE]),
@@ -111,7 +112,7 @@ fn far_cells_are_their_mean(stage: &mut Stage) {
     let near = stage.picture(square_on(128));
     near.save("near");
     assert!(near.contrast() > 0.4, "contrast {} near", near.contrast());
-    // 30 by 30 cells over 8 pixels; the outer ones are background in part.
+    // About 25 by 25 cells over 8 pixels; the outer ones are background in part.
     let far = stage.picture(Lens {
         orthographic: Some(4.0),
         ..square_on(16)
@@ -224,13 +225,17 @@ fn cells_stay_on_morphed_meshes(stage: &mut Stage) {
         ..default()
     };
     let material = stage.add(unlit(extension));
-    let entity = spawn(stage, &mesh, &set, &material);
-    let weights = |w: f32| MeshMorphWeights::Value { weights: vec![w] };
-    stage.app.world_mut().entity_mut(entity).insert(weights(0.0));
-    let rest = stage.picture(square_on(64));
-    stage.app.world_mut().entity_mut(entity).insert(weights(1.0));
-    let moved = stage.picture(square_on(64));
-    stage.clear([entity]);
+    let mut drawn = |weight: f32, name: &str| {
+        let weights = MeshMorphWeights::Value { weights: vec![weight] };
+        let parts = (Mesh3d(mesh.clone()), MeshMaterial3d(material.clone()), set.clone(), weights);
+        let entity = stage.app.world_mut().spawn(parts).id();
+        settle(stage);
+        let picture = stage.picture(square_on(64));
+        picture.save(name);
+        stage.clear([entity]);
+        picture
+    };
+    let (rest, moved) = (drawn(0.0, "at rest"), drawn(1.0, "morphed"));
     let mut same = 0;
     for y in 0..64 {
         for x in 0..48 {
@@ -273,7 +278,9 @@ fn atlas() -> Image {
 }
 
 /// Pictures for the eye, written where `PATTERN_PICTURES` says.
-fn gallery(stage: &mut Stage) {
+#[test]
+fn gallery() {
+    let stage = &mut cell_stage();
     let sun = stage.sun(Vec3::new(1.0, -2.0, 3.0), true);
     let (set, mesh) = on_torus(400, 5);
     let mesh = stage.add(to_bevy_mesh(&mesh));

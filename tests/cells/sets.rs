@@ -108,7 +108,7 @@ pub fn seed(set: &mut SampleSet, positions: &[Vec3], triangles: &[[u32; 3]]) {
 /// A planar set with the seeds of a grid mesh of `cells`² squares over the square, and that mesh.
 pub fn on_square(count: usize, field: Field, cells: usize) -> (SampleSet, RawMesh) {
     let mesh = shapes::plane(cells, 0.2, 7);
-    let mut set = planar(count, field, 300, 4, 11);
+    let mut set = planar(count, field, 260, 4, 11);
     seed(&mut set, &mesh.positions, &mesh.triangles);
     (set, mesh)
 }
