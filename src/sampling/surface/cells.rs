@@ -161,7 +161,8 @@ impl Corners {
     fn of(&self, site: &Site) -> Vec3 {
         let (p, m) = (site.position, &site.metric);
         let (x, y, z) = (self.x - p.x, self.y - p.y, self.z - p.z);
-        let square = x * (m.m00 * x + 2.0 * (m.m01 * y + m.m02 * z)) + y * (m.m11 * y + 2.0 * m.m12 * z) + m.m22 * z * z;
+        let square =
+            x * (m.m00 * x + 2.0 * (m.m01 * y + m.m02 * z)) + y * (m.m11 * y + 2.0 * m.m12 * z) + m.m22 * z * z;
         square.truncate()
     }
 }
