@@ -8,7 +8,7 @@ use super::{
     domain::{Domain, edge_square},
     form,
 };
-use crate::{error::PatternError, sampling::Progress, surface::order::group};
+use crate::{error::PatternError, parallel, sampling::Progress, surface::order::group};
 
 /// Marks an edge that is not halved.
 const WHOLE: u32 = u32::MAX;
@@ -22,7 +22,10 @@ fn refine(domain: &mut Domain, length: f32, most: usize, progress: &Progress) ->
     while length.is_finite() {
         progress.check()?;
         let edges = Edges::new(domain);
-        let squares: Vec<f32> = edges.ends.iter().map(|&[a, b]| edge_square(domain, a, b)).collect();
+        let squares: Vec<f32> = parallel::collect(edges.ends.len(), |edge| {
+            let [a, b] = edges.ends[edge];
+            edge_square(domain, a, b)
+        });
         let longer = |length: f32| squares.iter().filter(|&&s| s > length * length).count();
         while domain.positions.len() + longer(length) > most.max(domain.positions.len()) {
             length *= COARSER;
