@@ -33,6 +33,14 @@ impl Progress {
     /// [`PatternError::Cancelled`] where somebody has asked to stop.
     pub fn report(&self, done: f32) -> Result<(), PatternError> {
         self.0.done.store(done.to_bits(), Relaxed);
+        self.check()
+    }
+
+    /// Goes on, unless somebody has asked to stop.
+    ///
+    /// # Errors
+    /// [`PatternError::Cancelled`] where somebody has.
+    pub fn check(&self) -> Result<(), PatternError> {
         if self.0.cancelled.load(Relaxed) {
             return Err(PatternError::Cancelled);
         }

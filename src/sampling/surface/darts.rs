@@ -9,7 +9,11 @@ use super::{
     mesh::{FineMesh, NONE},
     walk::components,
 };
-use crate::{sampling::surface::form, surface::order::inverse};
+use crate::{
+    error::PatternError,
+    sampling::{Progress, surface::form},
+    surface::order::inverse,
+};
 
 /// The first radius, relative to the distance of neighbours in the hexagonal packing.
 const FIRST_RADIUS: f32 = 0.95;
@@ -17,6 +21,8 @@ const FIRST_RADIUS: f32 = 0.95;
 const SHRINK: [f32; 2] = [0.9, 0.85];
 /// Below this part of the first radius every vertex that is no dart is taken.
 const LAST_RADIUS: f32 = 1e-3;
+/// After so many vertices somebody may stop it.
+const VERTICES_PER_CHECK: usize = 8192;
 
 /// Darts, and for each vertex the dart whose disk covers it, or [`NONE`].
 pub(super) struct Darts {
@@ -25,7 +31,7 @@ pub(super) struct Darts {
 }
 
 /// Throws `count` darts; fewer only where the mesh has fewer vertices at different places.
-pub(super) fn throw(mesh: &FineMesh, count: usize, seed: u64) -> Darts {
+pub(super) fn throw(mesh: &FineMesh, count: usize, seed: u64, progress: &Progress) -> Result<Darts, PatternError> {
     let order = random_order(mesh, seed);
     let spacing = (2.0 / 3.0_f64.sqrt() * mesh.area() / count as f64).sqrt() as f32;
     let mut board = Board::new(mesh, FIRST_RADIUS * spacing);
@@ -33,9 +39,12 @@ pub(super) fn throw(mesh: &FineMesh, count: usize, seed: u64) -> Darts {
         board.throw(vertex);
     }
     for round in 0.. {
-        for &vertex in &order {
-            if board.darts.len() < count && !board.is_covered(vertex) {
-                board.throw(vertex);
+        for some in order.chunks(VERTICES_PER_CHECK) {
+            progress.check()?;
+            for &vertex in some {
+                if board.darts.len() < count && !board.is_covered(vertex) {
+                    board.throw(vertex);
+                }
             }
         }
         if board.darts.len() >= count || board.radius == 0.0 {
@@ -46,7 +55,7 @@ pub(super) fn throw(mesh: &FineMesh, count: usize, seed: u64) -> Darts {
             board.radius = 0.0;
         }
     }
-    board.sorted()
+    Ok(board.sorted())
 }
 
 struct Board<'a> {

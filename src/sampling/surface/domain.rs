@@ -64,10 +64,11 @@ impl Domain {
         let factor = scale.metric * extent * extent;
         let first_vertices: Vec<u32> = graph.triangles.iter().map(|t| first_of(t, &vertex_of)).collect();
         let (_, by_vertex) = group(&first_vertices, graph.len());
-        let sources: Vec<u32> = by_vertex.into_iter().filter(|&t| has_area(graph, t)).collect();
+        let with_area = parallel::collect(graph.triangles.len(), |t| has_area(graph, t));
+        let sources: Vec<u32> = by_vertex.into_iter().filter(|&t| with_area[t as usize]).collect();
         let domain = Self {
             positions: order.iter().map(|&v| place(graph.positions[v as usize])).collect(),
-            metrics: order.iter().map(|&v| scaled(&metrics[v as usize], factor)).collect(),
+            metrics: parallel::collect(order.len(), |i| scaled(&metrics[order[i] as usize], factor)),
             triangles: sources
                 .iter()
                 .map(|&t| graph.triangles[t as usize].map(|v| vertex_of[v as usize]))
@@ -183,8 +184,8 @@ fn first_of(triangle: &[u32; 3], rank: &[u32]) -> u32 {
     a.min(b).min(c)
 }
 
-fn has_area(graph: &SurfaceGraph, triangle: u32) -> bool {
-    double_area(graph.triangles[triangle as usize].map(|v| graph.positions[v as usize])).is_some()
+fn has_area(graph: &SurfaceGraph, triangle: usize) -> bool {
+    double_area(graph.triangles[triangle].map(|v| graph.positions[v as usize])).is_some()
 }
 
 /// Metric length of the edge between two vertices, squared, in the mean of their metrics.

@@ -66,12 +66,6 @@ pub(super) fn middle(a: &SymmetricMat3, b: &SymmetricMat3) -> SymmetricMat3 {
     blend([a, b, b], Vec3::new(0.5, 0.5, 0.0))
 }
 
-/// A - B.
-#[inline(always)]
-pub(super) fn difference(a: &SymmetricMat3, b: &SymmetricMat3) -> SymmetricMat3 {
-    blend([a, b, b], Vec3::new(1.0, -1.0, 0.0))
-}
-
 /// The determinant (that of `glam_matrix_extras` 0.3 has two terms exchanged).
 pub(super) fn determinant(m: &SymmetricDMat3) -> f64 {
     m.m00 * (m.m11 * m.m22 - m.m12 * m.m12) - m.m01 * (m.m01 * m.m22 - m.m12 * m.m02)

@@ -11,6 +11,8 @@
 //! | 4 | `labels`, `cells` | Lloyd's algorithm on the mesh's vertices and cut triangles |
 //! | 5 | `result` | positions on the given triangles, labels of their corners, neighbours |
 //!
+//! `warm` goes on from an earlier result in place of step 3, for what changes in time.
+//!
 //! Surfaces may have borders, several components, edges with many triangles and triangles without area. The result depends
 //! on the input alone, bit by bit, not on the number of threads.
 
@@ -30,9 +32,11 @@ mod relax;
 mod result;
 mod triangulation;
 mod walk;
+mod warm;
 
 pub use domain::MAX_SAMPLES;
 pub use quality::surface_quality;
+pub use warm::relax_surface;
 
 use crate::{
     error::PatternError,
@@ -40,7 +44,7 @@ use crate::{
     surface::SurfaceGraph,
 };
 use bevy::{platform::time::Instant, prelude::*};
-use domain::Domain;
+use domain::{Domain, Scale};
 use glam_matrix_extras::SymmetricMat3;
 use mesh::{FineMesh, NONE};
 use paper::Target;
@@ -104,9 +108,12 @@ pub struct SurfaceSamples {
 }
 
 /// Halves edges longer than this before sampling, where touching samples are 2 apart.
-const EDGE: f32 = 1.2;
+const EDGE: f32 = 1.4;
 /// The least vertices per sample that refinement makes, if the cap allows.
-const MIN_VERTICES: usize = 16;
+const MIN_VERTICES: usize = 14;
+/// The same for samples on a triangulation, which are even enough to tell the difference.
+const FINE_EDGE: f32 = 1.2;
+const MIN_FINE_VERTICES: usize = 16;
 /// The most vertices per sample that refinement makes.
 const MAX_VERTICES: usize = 64;
 /// How far a site goes towards the centroid of its cell, relative to Lloyd's algorithm.
@@ -137,47 +144,26 @@ pub fn sample_surface(
 ) -> Result<SurfaceSamples, PatternError> {
     let start = Instant::now();
     progress.report(0.0)?;
-    let (mut domain, scale) = Domain::new(graph, metrics, options.density)?;
-    let refined = refine::refine_to(
-        &mut domain,
-        EDGE,
-        MIN_VERTICES * scale.count,
-        MAX_VERTICES * scale.count + graph.len(),
-    );
-    progress.report(0.2)?;
     let job = Job {
+        graph,
+        metrics,
         options,
         progress,
         start,
     };
+    let (mut domain, scale, refined) = job.domain()?;
     let relaxed = match options.method {
         SurfaceMethod::Labels => job.labels(&mut domain, scale.count)?,
         SurfaceMethod::Triangulated => job.triangulated(&mut domain, scale.count)?,
         SurfaceMethod::Paper => job.paper(&mut domain, scale.count)?,
     };
-    let Relaxed {
-        mesh,
-        sites,
-        labels,
-        initial,
-        steps,
-    } = job.settled(relaxed);
-    let set = result::sample_set(graph, metrics, scale, &mesh, &sites, &labels);
-    progress.report(1.0)?;
-    Ok(SurfaceSamples {
-        set,
-        times: SamplingTimes {
-            initial,
-            per_step: steps / options.steps.max(1) as f32,
-            total: milliseconds(start),
-        },
-        refined,
-        vertices: mesh.len(),
-    })
+    job.finish(relaxed, scale, refined)
 }
 
-/// One call of [`sample_surface`].
+/// One call of [`sample_surface`] or [`relax_surface`].
 struct Job<'a> {
+    graph: &'a SurfaceGraph,
+    metrics: &'a [SymmetricMat3],
     options: &'a SurfaceSampling,
     progress: &'a Progress,
     start: Instant,
@@ -194,22 +180,40 @@ struct Relaxed {
 }
 
 impl Job<'_> {
+    /// The refined domain, and how often it was refined.
+    fn domain(&self) -> Result<(Domain, Scale, u32), PatternError> {
+        let (mut domain, scale) = Domain::new(self.graph, self.metrics, self.options.density)?;
+        let (edge, least) = match self.options.method {
+            SurfaceMethod::Labels => (EDGE, MIN_VERTICES),
+            SurfaceMethod::Triangulated | SurfaceMethod::Paper => (FINE_EDGE, MIN_FINE_VERTICES),
+        };
+        let most = MAX_VERTICES * scale.count + self.graph.len();
+        let refined = refine::refine_to(&mut domain, edge, least * scale.count, most, self.progress)?;
+        self.progress.report(0.2)?;
+        Ok((domain, scale, refined))
+    }
+
     fn labels(&self, domain: &mut Domain, count: usize) -> Result<Relaxed, PatternError> {
-        let (mesh, darts) = first_set(domain, count, self.options.seed);
+        let (mesh, darts) = first_set(domain, count, self.options.seed, self.progress)?;
         let sites = darts.vertices.iter().map(|&v| Site::at_vertex(&mesh, v)).collect();
-        let mut relaxed = self.relaxed(mesh, sites, darts.labels);
+        self.relax_labels(self.relaxed(mesh, sites, darts.labels), RELAXATION)
+    }
+
+    /// The steps on labels.
+    fn relax_labels(&self, mut relaxed: Relaxed, relaxation: f32) -> Result<Relaxed, PatternError> {
         labels::exchange(&relaxed.mesh, &relaxed.sites, &mut relaxed.labels, LAST_SWEEPS);
         relaxed.initial = milliseconds(self.start);
         self.report(0.0)?;
         for step in 0..self.options.steps {
-            label_step(&mut relaxed, RELAXATION);
+            label_step(&mut relaxed, relaxation);
             self.report_step(step)?;
         }
+        relaxed.steps = milliseconds(self.start) - relaxed.initial;
         Ok(relaxed)
     }
 
     fn triangulated(&self, domain: &mut Domain, count: usize) -> Result<Relaxed, PatternError> {
-        let (mesh, darts) = first_set(domain, count, self.options.seed);
+        let (mesh, darts) = first_set(domain, count, self.options.seed, self.progress)?;
         self.report(0.0)?;
         let triangles = qem::triangles_between(&mesh, &darts.vertices)?;
         let sites = darts.vertices.iter().map(|&v| Site::at_vertex(&mesh, v)).collect();
@@ -229,8 +233,8 @@ impl Job<'_> {
             Density::Count(_) => Target::Count(count),
             Density::FillRate(rate) => Target::Fill(rate, MAX_SAMPLES as usize),
         };
-        let (mesh, darts) = first_set(domain, count, self.options.seed);
-        let samples = paper::triangulation(&mesh, target, &darts.vertices)?;
+        let (mesh, darts) = first_set(domain, count, self.options.seed, self.progress)?;
+        let samples = paper::triangulation(&mesh, target, &darts.vertices, self.progress)?;
         let count = if let Target::Count(count) = target {
             count
         } else {
@@ -272,14 +276,29 @@ impl Job<'_> {
         }
     }
 
-    /// The last labels, with a cell for every sample.
-    fn settled(&self, mut relaxed: Relaxed) -> Relaxed {
-        if self.options.method == SurfaceMethod::Labels {
-            relaxed.steps = milliseconds(self.start) - relaxed.initial;
-        }
-        labels::exchange(&relaxed.mesh, &relaxed.sites, &mut relaxed.labels, LAST_SWEEPS);
-        labels::rescue(&relaxed.mesh, &mut relaxed.sites, &mut relaxed.labels);
-        relaxed
+    /// The last labels, with a cell for every sample; and the result.
+    fn finish(&self, relaxed: Relaxed, scale: Scale, refined: u32) -> Result<SurfaceSamples, PatternError> {
+        let Relaxed {
+            mesh,
+            mut sites,
+            mut labels,
+            initial,
+            steps,
+        } = relaxed;
+        labels::exchange(&mesh, &sites, &mut labels, LAST_SWEEPS);
+        labels::rescue(&mesh, &mut sites, &mut labels);
+        let set = result::sample_set(self.graph, self.metrics, scale, &mesh, &sites, &labels);
+        self.progress.report(1.0)?;
+        Ok(SurfaceSamples {
+            set,
+            times: SamplingTimes {
+                initial,
+                per_step: steps / self.options.steps.max(1) as f32,
+                total: milliseconds(self.start),
+            },
+            refined,
+            vertices: mesh.len(),
+        })
     }
 
     fn report(&self, relaxed: f32) -> Result<(), PatternError> {
@@ -304,20 +323,25 @@ fn label_step(
 }
 
 /// Exactly `count` darts, on a mesh that is refined until it has room for them.
-fn first_set(domain: &mut Domain, count: usize, seed: u64) -> (FineMesh, darts::Darts) {
+fn first_set(
+    domain: &mut Domain,
+    count: usize,
+    seed: u64,
+    progress: &Progress,
+) -> Result<(FineMesh, darts::Darts), PatternError> {
     /// Each round has four times the vertices.
     const ROUNDS: usize = 4;
     let mut mesh = FineMesh::new(domain);
-    let mut darts = darts::throw(&mesh, count, seed);
+    let mut darts = darts::throw(&mesh, count, seed, progress)?;
     for _ in 0..ROUNDS {
         if darts.vertices.len() >= count {
             break;
         }
         refine::subdivide(domain);
         mesh = FineMesh::new(domain);
-        darts = darts::throw(&mesh, count, seed);
+        darts = darts::throw(&mesh, count, seed, progress)?;
     }
-    (mesh, darts)
+    Ok((mesh, darts))
 }
 
 fn milliseconds(since: Instant) -> f32 {

@@ -12,7 +12,7 @@ use super::{
     triangulation::Triangulation,
     walk::{Site, walk},
 };
-use crate::error::PatternError;
+use crate::{error::PatternError, sampling::Progress};
 use bevy::prelude::*;
 use std::collections::BinaryHeap;
 
@@ -41,7 +41,12 @@ pub(super) enum Target {
 
 /// A triangulation of about the target's samples: no more than its count, and fewer only where triangles were left out.
 /// Where the coarse mesh has too many vertices already, as one of very many components has, it is made of the `darts`.
-pub(super) fn triangulation(mesh: &FineMesh, target: Target, darts: &[u32]) -> Result<Triangulation, PatternError> {
+pub(super) fn triangulation(
+    mesh: &FineMesh,
+    target: Target,
+    darts: &[u32],
+    progress: &Progress,
+) -> Result<Triangulation, PatternError> {
     let (mut vertices, mut triangles) = coarse_mesh(mesh, (darts.len() / COARSE).max(LEAST_COARSE))?;
     if vertices.len() > darts.len() {
         (vertices, triangles) = (darts.to_vec(), triangles_between(mesh, darts)?);
@@ -50,10 +55,10 @@ pub(super) fn triangulation(mesh: &FineMesh, target: Target, darts: &[u32]) -> R
     let mut samples = Triangulation::new(mesh, sites, &triangles);
     samples.flip_all();
     match target {
-        Target::Fill(rate, most) => insert(mesh, &mut samples, rate, most),
+        Target::Fill(rate, most) => insert(mesh, &mut samples, rate, most, progress)?,
         Target::Count(count) => {
             for round in 0..ROUNDS {
-                insert(mesh, &mut samples, FILL * DENSER.powi(round as i32), count);
+                insert(mesh, &mut samples, FILL * DENSER.powi(round as i32), count, progress)?;
             }
         }
     }
@@ -61,7 +66,13 @@ pub(super) fn triangulation(mesh: &FineMesh, target: Target, darts: &[u32]) -> R
 }
 
 /// Inserts samples, into the largest triangle first, until all are filled or there are `most`.
-fn insert(mesh: &FineMesh, samples: &mut Triangulation, rate: f32, most: usize) {
+fn insert(
+    mesh: &FineMesh,
+    samples: &mut Triangulation,
+    rate: f32,
+    most: usize,
+    progress: &Progress,
+) -> Result<(), PatternError> {
     let largest = std::f32::consts::FRAC_PI_2 / rate;
     let separation = SEPARATION * (4.0 * largest / 3.0_f32.sqrt()).sqrt();
     let mut heap = BinaryHeap::new();
@@ -74,6 +85,7 @@ fn insert(mesh: &FineMesh, samples: &mut Triangulation, rate: f32, most: usize) 
     (0..samples.triangles.len() as u32).for_each(|t| push(&mut heap, samples, t));
     let (mut stack, mut changed) = (Vec::new(), Vec::new());
     while let Some((area, t)) = heap.pop() {
+        progress.check()?;
         if samples.sites.len() >= most {
             break;
         }
@@ -93,6 +105,7 @@ fn insert(mesh: &FineMesh, samples: &mut Triangulation, rate: f32, most: usize) 
         changed.dedup();
         changed.iter().for_each(|&t| push(&mut heap, samples, t));
     }
+    Ok(())
 }
 
 /// The sample at a triangle's centroid, if it is far enough from the corners and folds nothing.

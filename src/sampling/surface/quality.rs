@@ -10,11 +10,12 @@ use super::{
     refine::refine_to,
     result,
     walk::{Site, closest_weights},
+    warm,
 };
 use crate::{
     error::PatternError,
-    sampling::{Density, SampleQuality, SampleSet},
-    surface::{SurfaceGraph, order::group},
+    sampling::{Density, Progress, SampleQuality, SampleSet},
+    surface::SurfaceGraph,
 };
 use glam_matrix_extras::SymmetricMat3;
 
@@ -44,9 +45,12 @@ pub fn surface_quality(
     check(graph, samples)?;
     let (mut domain, _) = Domain::new(graph, metrics, Density::Count(samples.len() as u32))?;
     let (least, most) = (POINTS * samples.len(), MAX_POINTS * samples.len() + graph.len());
-    refine_to(&mut domain, EDGE, least, most);
+    refine_to(&mut domain, EDGE, least, most, &Progress::default())?;
     let mesh = FineMesh::new(&domain);
-    let sites = sites(&mesh, graph, samples);
+    let sites = warm::located(&mesh, graph, &samples.triangles, |i| {
+        let corners = graph.triangles[samples.triangles[i] as usize];
+        closest_weights(samples.positions[i], corners.map(|v| graph.positions[v as usize]))
+    });
     let mut cells = vec![NONE; mesh.len()];
     labels::claim(&mesh, &sites, &mut cells);
     labels::exchange(&mesh, &sites, &mut cells, usize::MAX);
@@ -57,7 +61,7 @@ pub fn surface_quality(
     Ok(quality)
 }
 
-fn check(graph: &SurfaceGraph, samples: &SampleSet) -> Result<(), PatternError> {
+pub(super) fn check(graph: &SurfaceGraph, samples: &SampleSet) -> Result<(), PatternError> {
     if samples.is_empty() {
         return Err(PatternError::OutOfRange {
             what: "the number of samples",
@@ -79,29 +83,6 @@ fn check(graph: &SurfaceGraph, samples: &SampleSet) -> Result<(), PatternError> 
         }),
         None => Ok(()),
     }
-}
-
-/// The samples on the refined mesh: on the part of their triangle that is nearest.
-fn sites(mesh: &FineMesh, graph: &SurfaceGraph, samples: &SampleSet) -> Vec<Site> {
-    let (offsets, parts) = group(&mesh.sources, graph.triangles.len());
-    let site = |i: usize| {
-        let source = samples.triangles[i] as usize;
-        let corners = graph.triangles[source];
-        let own = corners.map(|v| graph.positions[v as usize]);
-        let weights = closest_weights(samples.positions[i], own);
-        let [a, b, c] = corners.map(|v| mesh.positions[mesh.vertex_of[v as usize] as usize]);
-        let position = a * weights.x + b * weights.y + c * weights.z;
-        let candidates = &parts[offsets[source] as usize..offsets[source + 1] as usize];
-        let nearest = candidates
-            .iter()
-            .map(|&t| Site::new(mesh, t, closest_weights(position, mesh.corners(t as usize))))
-            .min_by(|a, b| {
-                let square = |s: &Site| s.position.distance_squared(position);
-                square(a).total_cmp(&square(b))
-            });
-        nearest.unwrap_or_else(|| Site::at_vertex(mesh, mesh.triangles[0][0]))
-    };
-    (0..samples.len()).map(site).collect()
 }
 
 /// The cells around each cell.

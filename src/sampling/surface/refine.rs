@@ -8,7 +8,7 @@ use super::{
     domain::{Domain, edge_square},
     form,
 };
-use crate::surface::order::group;
+use crate::{error::PatternError, parallel, sampling::Progress, surface::order::group};
 
 /// Marks an edge that is not halved.
 const WHOLE: u32 = u32::MAX;
@@ -16,12 +16,16 @@ const WHOLE: u32 = u32::MAX;
 const COARSER: f32 = 1.2;
 
 /// Halves edges longer than `length` (in the metric; touching samples are 2 apart), again and again. Where more than
-/// `most` vertices would come of it, only longer edges are halved. The number of rounds done.
-pub(super) fn refine(domain: &mut Domain, length: f32, most: usize) -> u32 {
+/// `most` vertices would come of it, only longer edges are halved. The number of rounds done, each of which can be cancelled.
+fn refine(domain: &mut Domain, length: f32, most: usize, progress: &Progress) -> Result<u32, PatternError> {
     let (mut length, mut rounds) = (length, 0);
     while length.is_finite() {
+        progress.check()?;
         let edges = Edges::new(domain);
-        let squares: Vec<f32> = edges.ends.iter().map(|&[a, b]| edge_square(domain, a, b)).collect();
+        let squares: Vec<f32> = parallel::collect(edges.ends.len(), |edge| {
+            let [a, b] = edges.ends[edge];
+            edge_square(domain, a, b)
+        });
         let longer = |length: f32| squares.iter().filter(|&&s| s > length * length).count();
         while domain.positions.len() + longer(length) > most.max(domain.positions.len()) {
             length *= COARSER;
@@ -32,17 +36,23 @@ pub(super) fn refine(domain: &mut Domain, length: f32, most: usize) -> u32 {
         split(domain, &edges, |edge| squares[edge] > length * length);
         rounds += 1;
     }
-    rounds
+    Ok(rounds)
 }
 
 /// [`refine`], and on until there are `least` vertices; but no more than `most`. The number of rounds done.
-pub(super) fn refine_to(domain: &mut Domain, length: f32, least: usize, most: usize) -> u32 {
-    let (mut length, mut rounds) = (length, refine(domain, length, most));
+pub(super) fn refine_to(
+    domain: &mut Domain,
+    length: f32,
+    least: usize,
+    most: usize,
+    progress: &Progress,
+) -> Result<u32, PatternError> {
+    let (mut length, mut rounds) = (length, refine(domain, length, most, progress)?);
     while domain.positions.len() < least.min(most) && length > f32::MIN_POSITIVE {
         length *= 0.8;
-        rounds += refine(domain, length, most);
+        rounds += refine(domain, length, most, progress)?;
     }
-    rounds
+    Ok(rounds)
 }
 
 /// Halves every edge once.
