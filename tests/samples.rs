@@ -120,6 +120,23 @@ fn samples_follow_their_inputs() {
     settle(&mut app, entity);
     assert!(samples(&app, entity).positions.iter().all(|p| p.z > 4.0));
 
+    // Followed samples move a little where the metric changes a little.
+    let mut wish = app.world_mut().get_mut::<AnisotropicSamples>(entity).unwrap();
+    wish.follow = true;
+    wish.metric = Metric::along(DirectionField::Axis(Dir3::Y), 3.2);
+    let before = samples(&app, entity);
+    app.update();
+    settle(&mut app, entity);
+    let after = samples(&app, entity);
+    assert_eq!(after.len(), before.len());
+    let moves = before
+        .positions
+        .iter()
+        .zip(&after.positions)
+        .map(|(a, b)| a.distance(*b));
+    let mean = moves.sum::<f32>() / before.len() as f32;
+    assert!(mean > 0.0 && mean < 0.05, "followed samples moved by {mean}");
+
     // No wish, no samples.
     app.world_mut().entity_mut(entity).remove::<AnisotropicSamples>();
     app.update();

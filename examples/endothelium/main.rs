@@ -117,6 +117,8 @@ fn setup(
         AnisotropicSamples {
             metric: metric(&wall),
             density: Density::Count(count),
+            // Cells grow and turn with the pulse; they are not laid anew.
+            follow: true,
             ..default()
         },
         wall,

@@ -7,7 +7,7 @@ use super::{
     Density, Importance, Metric, MetricSource, Pixels, Progress, SampleSet,
     planar::{PlanarDomain, PlanarSampling, sample_plane},
     source::{NEEDS_SURFACE, check_importance, check_structure, positive},
-    surface::{SurfaceMethod, SurfaceSampling, sample_surface},
+    surface::{SurfaceMethod, SurfaceSampling, relax_surface, sample_surface},
     surface_metric,
 };
 use crate::{
@@ -62,6 +62,10 @@ pub struct AnisotropicSamples {
     pub steps: Option<u32>,
     /// Another seed gives other samples of the same kind. Default 0.
     pub seed: u64,
+    /// On a mesh: go on from the samples that are there when an input changes, as long as the triangles stay the same, so
+    /// that samples move instead of being drawn anew. Their steps are then 3 by default. In a plane,
+    /// [`SliceSampler`](super::planar::SliceSampler) does that. Default `false`.
+    pub follow: bool,
 }
 
 /// How far the samples of an entity are.
@@ -159,6 +163,7 @@ type Sampled<'a> = (
     Option<&'a PatternMesh>,
     Option<Ref<'a, PlanarDomain>>,
     Option<&'a mut Sampler>,
+    Option<&'a SampleSet>,
     &'a mut SamplingState,
 );
 
@@ -170,7 +175,7 @@ fn update_samples(mut sampled: Query<Sampled>, mut tools: Tools, mut images: Mes
             _ => None,
         })
         .collect();
-    for (entity, samples, mesh, meshes, domain, sampler, mut state) in &mut sampled {
+    for (entity, samples, mesh, meshes, domain, sampler, set, mut state) in &mut sampled {
         let domain_changed = domain.as_ref().is_some_and(|domain| domain.is_changed());
         let ground = match ground(mesh, meshes, domain.as_deref(), sampler.as_deref(), &mut tools) {
             Ok(Some(ground)) => ground,
@@ -220,7 +225,7 @@ fn update_samples(mut sampled: Query<Sampled>, mut tools: Tools, mut images: Mes
             continue;
         }
         let progress = Progress::default();
-        match start(&samples, &ground, progress.clone(), &tools) {
+        match start(&samples, &ground, set, progress.clone(), &tools) {
             Ok(Some(task)) => {
                 state.set_if_neq(SamplingState::Sampling(0.0));
                 let new = Sampler {
@@ -329,12 +334,16 @@ fn ground(
     }))
 }
 
+/// Steps of relaxation after a change that samples follow.
+const STEPS_TO_FOLLOW: u32 = 3;
+
 type SampleTask = Task<Result<SampleSet, PatternError>>;
 
 /// Starts to sample; `None` while an image is missing.
 fn start(
     samples: &AnisotropicSamples,
     ground: &Ground,
+    set: Option<&SampleSet>,
     progress: Progress,
     tools: &Tools,
 ) -> Result<Option<SampleTask>, PatternError> {
@@ -347,6 +356,8 @@ fn start(
             } else {
                 Mesh::new(PrimitiveTopology::TriangleList, default())
             };
+            let before = set.filter(|set| samples.follow && set.seeds.len() == graph.triangles.len());
+            let before = before.cloned();
             Ok(Some(pool.spawn(async move {
                 let metric = surface_metric(&samples.metric, &graph, &mesh)?;
                 let mut options = SurfaceSampling {
@@ -355,6 +366,10 @@ fn start(
                     seed: samples.seed,
                     ..default()
                 };
+                if let Some(before) = &before {
+                    options.steps = samples.steps.unwrap_or(STEPS_TO_FOLLOW);
+                    return relax_surface(&graph, &metric, before, &options, &progress).map(|samples| samples.set);
+                }
                 if let Some(steps) = samples.steps {
                     options.steps = steps;
                 }

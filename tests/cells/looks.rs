@@ -227,7 +227,12 @@ fn cells_stay_on_morphed_meshes(stage: &mut Stage) {
     let material = stage.add(unlit(extension));
     let mut drawn = |weight: f32, name: &str| {
         let weights = MeshMorphWeights::Value { weights: vec![weight] };
-        let parts = (Mesh3d(mesh.clone()), MeshMaterial3d(material.clone()), set.clone(), weights);
+        let parts = (
+            Mesh3d(mesh.clone()),
+            MeshMaterial3d(material.clone()),
+            set.clone(),
+            weights,
+        );
         let entity = stage.app.world_mut().spawn(parts).id();
         settle(stage);
         let picture = stage.picture(square_on(64));
