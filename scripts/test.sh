@@ -19,7 +19,7 @@ heading "Documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --all-features --no-deps --lib --example viewer
 
 heading "Tests"
-cargo test --all-features --all-targets
+cargo test --all-features --tests --examples --benches
 
 heading "Examples in the documentation"
 cargo test --all-features --doc

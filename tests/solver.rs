@@ -328,7 +328,6 @@ fn a_perfect_wave_has_perfect_figures() {
             .map(cell)
             .flat_map(|v| [[v, v + 1, v + 10], [v, v + 10, v + 9]])
             .collect(),
-        ..default()
     };
     let graph = graph_of(&raw);
     let d = field_of(&graph, &raw, &DirectionField::Axis(Dir3::X), Symmetry::Vector);

@@ -334,7 +334,7 @@ fn seeds_and_neighbors_lead_to_the_nearest_sample() {
             .ring(here as usize)
             .iter()
             .min_by(|a, b| near(a, b))
-            .filter(|n| near(n, &&here).is_lt())
+            .filter(|n| near(n, &here).is_lt())
         {
             here = next;
         }

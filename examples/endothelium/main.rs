@@ -171,7 +171,7 @@ fn beat(
 
 fn switch_borders(keys: Res<ButtonInput<KeyCode>>, mut materials: ResMut<Assets<CellMaterial>>) {
     if keys.just_pressed(KeyCode::KeyB) {
-        for (_, mut material) in materials.iter_mut() {
+        for (_, material) in materials.iter_mut() {
             let none = material.extension.border_width == border_width(false);
             material.extension.border_width = border_width(none);
         }

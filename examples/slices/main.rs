@@ -184,7 +184,8 @@ fn show(mut commands: Commands, mut materials: ResMut<Assets<CellMaterial2d>>, e
         } else {
             CellShape::Voronoi
         },
-        rounding: 0.25,
+        border_width: BorderWidth::Relative(0.14),
+        rounding: 0.15,
         ..default()
     };
     let material = materials.add(CellMaterial2d {
@@ -198,7 +199,7 @@ fn show(mut commands: Commands, mut materials: ResMut<Assets<CellMaterial2d>>, e
 /// E: cells or ellipses.
 fn switch_shape(keys: Res<ButtonInput<KeyCode>>, mut materials: ResMut<Assets<CellMaterial2d>>) {
     if keys.just_pressed(KeyCode::KeyE) {
-        for (_, mut material) in materials.iter_mut() {
+        for (_, material) in materials.iter_mut() {
             material.cells.shape = match material.cells.shape {
                 CellShape::Ellipse { .. } => CellShape::Voronoi,
                 _ => CellShape::Ellipse { radius: 0.9 },

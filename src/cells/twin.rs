@@ -33,7 +33,7 @@ fn nearest<'a>(set: &SampleSet, point: Vec3, samples: impl Iterator<Item = &'a u
 }
 
 /// Distance of a point from the border of a sample's cell to first order, in the set's units: the least, over the sample's
-/// ring, of (d_j² - d_i²) / |∇(d_j² - d_i²)|, the gradient taken along the surface, whose unit normal is `normal`.
+/// ring, of `(d_j² - d_i²) / |∇(d_j² - d_i²)|`, the gradient taken along the surface, whose unit normal is `normal`.
 /// Infinite for a cell without neighbours.
 pub fn border(set: &SampleSet, sample: usize, point: Vec3, normal: Vec3) -> f32 {
     let site = |i: usize| Site::new(set.positions[i], set.normals[i], set.metrics[i]);

@@ -1,12 +1,12 @@
 //! What is measured of a sample set.
 //!
-//! All lengths are in d_hex, the distance of neighbours in the ideal hexagonal packing with the same count and the same
+//! All lengths are in `d_hex`, the distance of neighbours in the ideal hexagonal packing with the same count and the same
 //! metric area: √(2/√3 · area / N).
 
 /// How even a sample set is; [`planar_quality`](super::planar::planar_quality) fills it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SampleQuality {
-    /// Smallest distance from a sample to the nearest other, in the mean of their two metrics, in d_hex.
+    /// Smallest distance from a sample to the nearest other, in the mean of their two metrics, in `d_hex`.
     pub nn_min: f32,
     /// Distance to the nearest other sample that 1 % of the samples fall below.
     pub nn_p1: f32,
@@ -15,15 +15,15 @@ pub struct SampleQuality {
     /// Standard deviation of that distance, divided by its mean; 0 for a hexagonal packing.
     pub nn_cv: f32,
     /// Standard deviation of the metric areas of the cells, divided by their mean, without the samples that are nearer
-    /// than 1.2 d_hex to a border. A point belongs to the sample that is nearest in the sample's own metric.
+    /// than 1.2 `d_hex` to a border. A point belongs to the sample that is nearest in the sample's own metric.
     pub area_cv: f32,
     /// Largest distance from a point of the domain to its sample, in the sample's metric; 0.577 for a hexagonal packing.
     pub hole: f32,
     /// Number of samples without a point.
     pub empty_cells: u32,
-    /// Part of the metric area within d_hex/2 of one sample or more; 0.907 for a hexagonal packing.
+    /// Part of the metric area within `d_hex/2` of one sample or more; 0.907 for a hexagonal packing.
     pub coverage: f32,
-    /// Part of the metric area within d_hex/2 of two samples or more; 0 for a hexagonal packing.
+    /// Part of the metric area within `d_hex/2` of two samples or more; 0 for a hexagonal packing.
     pub overlap: f32,
     /// Mean metric cell area of the quarter of the samples with the largest ellipses, divided by that of the quarter with
     /// the smallest; 1 where sizes are true.
@@ -31,12 +31,12 @@ pub struct SampleQuality {
 }
 
 impl SampleQuality {
-    /// d_hex for so many samples on a metric area.
+    /// `d_hex` for so many samples on a metric area.
     pub fn hexagonal_distance(area: f64, count: usize) -> f64 {
         (2.0 / 3.0_f64.sqrt() * area / count as f64).sqrt()
     }
 
-    /// Sets the statistics of the nearest-neighbour distances, given in d_hex. A lone sample has none: they stay 0.
+    /// Sets the statistics of the nearest-neighbour distances, given in `d_hex`. A lone sample has none: they stay 0.
     pub(crate) fn set_distances(&mut self, mut distances: Vec<f64>) {
         distances.retain(|d| d.is_finite());
         if distances.is_empty() {

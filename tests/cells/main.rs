@@ -1,4 +1,5 @@
 //! Cells on a GPU (or Mesa's software one): what a fragment sees, what entities own, how materials look.
+#![allow(clippy::print_stdout, reason = "what was measured")]
 #![allow(unreachable_pub, reason = "modules of one test")]
 
 #[path = "../common/mod.rs"]

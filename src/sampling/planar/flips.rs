@@ -2,7 +2,7 @@
 //!
 //! In: a triangulation whose vertices have metrics. Out: one without violated edges. An edge between b and c with the
 //! opposite corners a and d is violated where the angles at a and d sum to more than π, both measured in
-//! M = M_a + M_b + M_c + M_d. One metric for both diagonals: so an edge cannot flip to and fro. (Eq. 2, with M for its
+//! `M = M_a + M_b + M_c + M_d`. One metric for both diagonals: so an edge cannot flip to and fro. (Eq. 2, with M for its
 //! inverse.)
 
 use super::{

@@ -37,7 +37,7 @@ pub fn planar_quality(
         areas[k] = det(&metric.at(x, k)?).sqrt() * raster.cell.element_product();
     }
     let total: f64 = areas.iter().sum();
-    if samples.is_empty() || !(total > 0.0) {
+    if samples.is_empty() || total.is_nan() || total <= 0.0 {
         return Err(PatternError::Domain("there is no sample or no point to judge"));
     }
     // From here on lengths are in d_hex.

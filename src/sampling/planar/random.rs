@@ -1,6 +1,6 @@
 //! A stream of random numbers that is the same on every machine.
 
-/// SplitMix64.
+/// `SplitMix64`.
 #[derive(Clone)]
 pub(super) struct Random(pub(super) u64);
 

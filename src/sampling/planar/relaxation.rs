@@ -18,7 +18,7 @@ pub enum Relaxation {
     /// The dual cell of the triangles' metric circumcentres, put together from kites.
     #[default]
     Kite,
-    /// The star of triangles around the sample, as in the paper (Eq. 7, with M(q_j) q_j for M(q_j) p_i). It comes to a
+    /// The star of triangles around the sample, as in the paper (Eq. 7, with `M(q_j) q_j` for `M(q_j) p_i`). It comes to a
     /// halt after some five steps.
     Star,
 }

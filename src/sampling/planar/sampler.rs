@@ -109,7 +109,7 @@ impl<'a> Plan<'a> {
                 (area / HEX_AREA * rate / 0.55, Some(std::f64::consts::FRAC_PI_2 / rate))
             }
         };
-        if !(count <= MOST) {
+        if count.is_nan() || count > MOST {
             return Err(PatternError::OutOfRange {
                 what: "the number of samples",
                 value: count as f32,
@@ -198,7 +198,7 @@ fn border_parts(lengths: &Lengths, count: f64, area: f64) -> Option<Vec<u32>> {
         let cell = area * count / (count - 0.5 * on_border);
         parts = lengths.parts(HEX_DISTANCE * cell.sqrt());
         on_border = parts.iter().map(|&n| f64::from(n)).sum();
-        if !(on_border <= MOST_ON_BORDER * count) {
+        if on_border.is_nan() || on_border > MOST_ON_BORDER * count {
             return None;
         }
     }

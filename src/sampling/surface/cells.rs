@@ -1,7 +1,7 @@
 //! Lloyd's step on labels: every site moves to the centroid of its cell.
 //!
 //! In: sites and labels. Out: new sites. A cell is the part of the surface nearest to a site, in the site's own metric d_i.
-//! Triangles whose corners have different labels are cut where d_i² = d_j², linear along their edges, so that areas and
+//! Triangles whose corners have different labels are cut where `d_i² = d_j²`, linear along their edges, so that areas and
 //! centroids are exact to second order on a mesh of few vertices per cell.
 //!
 //! For such cells the centroid is the *plain* one, weighted by the area in space: neither by M, which drifts at singularities,

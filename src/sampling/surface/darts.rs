@@ -51,7 +51,7 @@ pub(super) fn throw(mesh: &FineMesh, count: usize, seed: u64, progress: &Progres
             break;
         }
         board.radius *= if round < 2 { SHRINK[0] } else { SHRINK[1] };
-        if !(board.radius >= LAST_RADIUS * spacing) {
+        if board.radius.is_nan() || board.radius < LAST_RADIUS * spacing {
             board.radius = 0.0;
         }
     }

@@ -100,7 +100,7 @@ fn pull_of_kites(samples: &Triangulation, t: usize, pulls: &mut [Pull]) {
     let (e, g) = (corners[1] - corners[0], corners[2] - corners[0]);
     let (ee, eg, gg) = form::gram(&metric, e, g);
     let determinant = ee * gg - eg * eg;
-    if !(determinant > 0.0) {
+    if determinant.is_nan() || determinant <= 0.0 {
         return;
     }
     let (u, w) = near_centroid(0.5 * gg * (ee - eg) / determinant, 0.5 * ee * (gg - eg) / determinant);

@@ -148,7 +148,7 @@ pub(super) fn closest_weights(p: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
         return Vec3::new(0.0, 1.0 - w, w);
     }
     let sum = va + vb + vc;
-    if !(sum > 0.0) {
+    if sum.is_nan() || sum <= 0.0 {
         return Vec3::X;
     }
     let (v, w) = (vb / sum, vc / sum);
