@@ -1,13 +1,13 @@
 //! Phases: waves whose crests are the stripes.
 //!
-//! In: a [`SurfaceGraph`] with a direction d and a frequency f per vertex. Out: a phasor z
+//! In: a [`SurfaceGraph`](crate::surface::SurfaceGraph) with a direction d and a frequency f per vertex. Out: a phasor z
 //! per vertex, complex, whose modulus tells how sure it is. Lichtenberg et al. 2018, section 3.
 //!
 //! [`WavePlugin`] does, every frame, in `PostUpdate`:
 //! 1. patterns: allocate ranges of the shared buffers ([`PatternArena`]), compute directions and frequencies that have
 //!    changed, decide who starts, follows, comes to rest or sleeps;
 //! 2. plan: one list of dispatches for all patterns;
-//! 3. meshes, for the next frame: build or update the graph of every mesh that carries a pattern ([`SurfaceCache`]);
+//! 3. meshes, for the next frame: build or update the graph of every mesh that carries a pattern ([`SurfaceCache`](crate::surface::SurfaceCache));
 //!
 //! and in the render world, before the first camera: upload and dispatch.
 

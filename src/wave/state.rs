@@ -15,7 +15,7 @@ pub enum PatternState {
     Solving,
     /// Nothing changes and nothing is computed.
     Converged,
-    /// The app renders nothing. The graph is ready in [`PatternMesh`]; [`solve_cpu`](crate::wave::solver::solve_cpu)
+    /// The app renders nothing. The graph is ready in [`PatternMesh`](crate::surface::PatternMesh); [`solve_cpu`](crate::wave::solver::solve_cpu)
     /// solves on it.
     NoGpu,
     /// The pattern cannot be drawn; the base material is drawn instead. A change of an input tries again.
