@@ -31,7 +31,7 @@ use std::{path::PathBuf, process::ExitCode};
 /// Makes a mosaic of an image.
 #[derive(Parser)]
 struct Cli {
-    /// PNG or JPEG file; a built-in painting without it
+    /// PNG file; a built-in painting without it
     image: Option<PathBuf>,
     /// Number of stones
     #[arg(long, default_value_t = 6000, value_parser = clap::value_parser!(u32).range(1..=200_000))]
