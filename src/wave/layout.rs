@@ -67,8 +67,14 @@ pub struct PatternRecord {
     pub delta_base: u32,
     /// `balance[state_base..]`: energy and branch count of the entity, then partial sums.
     pub state_base: u32,
+    /// Number of waves, 1 or 2; node n of wave r is node `waves * n + r` of every list of phasors, weights and balances.
+    pub waves: u32,
+    /// Frequency of the second wave over that of the first; 1 for a cross field.
+    pub ratio: f32,
+    /// `wave[scalar_base + v]` are the two scalars of vertex v that styles may show; 0: there are none.
+    pub scalar_base: u32,
     /// Unused.
-    pub pad: [u32; 3],
+    pub pad: [u32; 12],
 }
 
 /// One level of an entity's hierarchy.
@@ -97,6 +103,6 @@ pub struct LevelRecord {
     pub class_base: u32,
     /// Number of colour classes.
     pub colors: u32,
-    /// Unused.
-    pub pad: u32,
+    /// Number of waves, as [`PatternRecord::waves`].
+    pub waves: u32,
 }

@@ -7,7 +7,7 @@ const FLAG_VECTOR: u32 = 2u;
 const FLAG_AXIS: u32 = 4u;
 const FLAG_FOLLOW: u32 = 8u;
 
-const RECORD_WORDS: u32 = 20u;
+const RECORD_WORDS: u32 = 32u;
 const LEVEL_WORDS: u32 = 12u;
 
 struct PatternRecord {
@@ -26,6 +26,9 @@ struct PatternRecord {
     axis: vec3<f32>,
     delta_base: u32,
     state_base: u32,
+    waves: u32,
+    ratio: f32,
+    scalar_base: u32,
 }
 
 struct LevelRecord {
@@ -40,4 +43,5 @@ struct LevelRecord {
     balance_base: u32,
     class_base: u32,
     colors: u32,
+    waves: u32,
 }

@@ -203,6 +203,8 @@ impl PatternRanges {
             colors: graph.levels[0].record.colors,
             delta_base: node_base + nodes,
             state_base,
+            waves: 1,
+            ratio: 1.0,
             ..PatternRecord::default()
         };
         let levels = graph.levels.iter().enumerate().map(|(n, level)| {
@@ -210,6 +212,7 @@ impl PatternRanges {
                 node_base,
                 edge_base,
                 balance_base,
+                waves: 1,
                 ..level.record
             };
             node_base += record.nodes;

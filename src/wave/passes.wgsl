@@ -70,7 +70,7 @@ fn load_level(record: u32, level: u32) -> LevelRecord {
     let at = record + RECORD_WORDS + level * LEVEL_WORDS;
     return LevelRecord(
         surface[at], surface[at + 1u], surface[at + 2u], surface[at + 3u], surface[at + 4u],
-        surface[at + 5u], surface[at + 6u], surface[at + 7u], surface[at + 8u], surface[at + 9u], surface[at + 10u],
+        surface[at + 5u], surface[at + 6u], surface[at + 7u], surface[at + 8u], surface[at + 9u], surface[at + 10u], surface[at + 11u],
     );
 }
 
