@@ -78,8 +78,12 @@ pub mod prelude {
         field::{DirectionField, FieldTurn, Frequency, PatternSpace, Principal, Symmetry},
         material::{
             BorderWidth, CellDebug, CellFill, CellMaterial, CellMaterial2d, CellShape, CellTexture, Cells, DebugStyle,
-            Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes,
-            TileChoice,
+            Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, StripeWaves,
+            Stripes, TileChoice,
+        },
+        material::{
+            ChromaDepth, DashAlong, DistanceFrom, Eigenvalue, Hatch, HatchHand, HatchMaterial, HatchOutline,
+            HatchStrokes, HatchTone, StrokeSpacing, Tensor, TensorMaterial, ToneSource,
         },
         sampling::{
             AnisotropicSamples, Density, Importance, Metric, MetricSource, SampleSet, SamplesFailed, SamplesReady,
@@ -99,6 +103,8 @@ impl PluginGroup for FieldPatternsPlugin {
         PluginGroupBuilder::start::<Self>()
             .add(wave::WavePlugin)
             .add(material::StripeMaterialPlugin)
+            .add(material::HatchMaterialPlugin)
+            .add(material::TensorMaterialPlugin)
             .add(sampling::SamplingPlugin)
             .add(cells::CellPlugin)
             .add(material::CellMaterialPlugin)

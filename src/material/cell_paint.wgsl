@@ -4,7 +4,7 @@
 // in `cell_style.wgsl`.
 
 #import bevy_field_patterns::cells::{CellPoint, Cell, find_cell, seen_from, TINY}
-#import bevy_field_patterns::cell_noise::unit_random
+#import bevy_field_patterns::noise::unit_random
 #import bevy_field_patterns::cell_style::{
     CellPaint, ScreenFrame, style, fill_of, mean_fill, over, premultiplied, line_coverage, to_ellipse, world_scale,
     FLAG_ELLIPSES, UNIT_PIXELS, UNIT_WORLD, UNIT_RELATIVE, DEBUG_LABEL, DEBUG_SEED, PACKED, MAX_PIXEL_LINE,

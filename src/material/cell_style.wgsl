@@ -8,7 +8,7 @@
 // fade     0 near, 1 where cells are smaller than pixels and their mean is drawn
 
 #import bevy_field_patterns::cell_layout
-#import bevy_field_patterns::cell_noise::{unit_random, vector_noise}
+#import bevy_field_patterns::noise::{unit_random, vector_noise}
 #import bevy_field_patterns::cells::{
     CellPoint, Cell, cell_point, find_cell, has_cells, cell_uv, cell_uv_step, mean_radius, half_gradient, cell_words,
     cell_sites, TINY,

@@ -24,7 +24,6 @@ impl Plugin for CellMaterialPlugin {
         }
         load_layout(app);
         load_shader_library!(app, "cells.wgsl");
-        load_shader_library!(app, "cell_noise.wgsl");
         load_shader_library!(app, "cell_style.wgsl");
         load_shader_library!(app, "cell_paint.wgsl");
         embedded_asset!(app, "cells_material.wgsl");

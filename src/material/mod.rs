@@ -12,9 +12,14 @@ mod cells;
 mod cells_2d;
 mod cells_plugin;
 pub mod coverage;
+mod fit_base;
 mod focus;
 mod focus_source;
+mod hatch;
+mod hatch_options;
+pub mod hatch_strokes;
 mod stripes;
+mod tensor;
 
 pub use cell_options::*;
 pub use cells::{CellMaterial, Cells, CellsKey};
@@ -22,7 +27,10 @@ pub use cells_2d::CellMaterial2d;
 pub use cells_plugin::CellMaterialPlugin;
 pub use focus::*;
 pub use focus_source::FocusSource;
+pub use hatch::{HatchKey, HatchMaterial, HatchMaterialPlugin};
+pub use hatch_options::*;
 pub use stripes::*;
+pub use tensor::{Eigenvalue, Tensor, TensorKey, TensorMaterial, TensorMaterialPlugin};
 
 use crate::wave::WaveShaderPlugin;
 use bevy::{
@@ -50,7 +58,7 @@ impl Plugin for StripeMaterialPlugin {
         .register_type::<Stripes>()
         .register_type::<FocusSource>()
         .register_asset_reflect::<StripeMaterial>()
-        .add_systems(PostUpdate, mask_cutouts.after(AssetEventSystems))
+        .add_systems(PostUpdate, fit_base::fit_base::<Stripes>.after(AssetEventSystems))
         .add_systems(
             PostUpdate,
             focus_source::carry_focus
@@ -107,6 +115,11 @@ impl Plugin for PatternShaderPlugin {
         load_shader_library!(app, "coverage.wgsl");
         load_shader_library!(app, "pattern_corner.wgsl");
         load_shader_library!(app, "bump.wgsl");
+        load_shader_library!(app, "cutout.wgsl");
+        load_shader_library!(app, "families.wgsl");
+        load_shader_library!(app, "focus.wgsl");
+        load_shader_library!(app, "noise.wgsl");
+        load_shader_library!(app, "pattern_output.wgsl");
         embedded_asset!(app, "pattern_vertex.wgsl");
         embedded_asset!(app, "pattern_prepass_vertex.wgsl");
     }

@@ -4,7 +4,9 @@
 //! three shared buffers for `stripes.wgsl`, which turns sin Φ and the footprint into the share of each pixel that is
 //! stripe. The state (field, phases) is the entity's; a material can be shared by any number of entities.
 
-use super::{Focus, pattern_prepass_vertex_shader, pattern_vertex_shader};
+use super::{
+    Focus, fit_base::PatternExtension, focus::FocusUniform, pattern_prepass_vertex_shader, pattern_vertex_shader,
+};
 use crate::{
     field::DirectionField,
     wave::{
@@ -16,7 +18,6 @@ use bevy::{
     ecs::system::{SystemParamItem, lifetimeless::SRes},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
-    platform::collections::HashSet,
     prelude::*,
     render::{
         render_asset::RenderAssets,
@@ -65,6 +66,22 @@ impl Profile {
             Self::Square | Self::Sine | Self::Sawtooth => None,
         }
     }
+}
+
+/// The stripes that are drawn where a pattern has two waves ([`Waves`](crate::wave::Waves)).
+///
+/// Those of a cross field are always both drawn: it does not tell its two waves apart, so one of them alone would end in
+/// seams where it comes back as the other.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[reflect(Default, Clone, PartialEq, Hash)]
+pub enum StripeWaves {
+    /// Of the wave along d.
+    #[default]
+    First,
+    /// Of the wave along n × d.
+    Second,
+    /// Of both: the union of their stripes.
+    Both,
 }
 
 /// What a stripe changes on the base material.
@@ -129,6 +146,8 @@ pub struct Stripes {
     pub softness: f32,
     /// Shape of a stripe. Default [`Profile::Square`].
     pub profile: Profile,
+    /// Which waves are drawn, where the pattern has two. Default: the first.
+    pub waves: StripeWaves,
     /// Added to the phase, in periods. Needs a vector field. Default 0.
     pub phase_offset: f32,
     /// How fast the pattern travels along d, in periods per second. Needs a vector field. Default 0.
@@ -154,6 +173,7 @@ impl Default for Stripes {
             duty: 0.5,
             softness: 0.0,
             profile: Profile::Square,
+            waves: StripeWaves::First,
             phase_offset: 0.0,
             phase_speed: 0.0,
             drive: StripeDrive::default(),
@@ -194,7 +214,6 @@ impl Stripes {
             style: StripesUniform {
                 color: self.color.to_vec4(),
                 gap_color: self.gap_color.to_vec4(),
-                focus_region: self.focus.region(),
                 drive: Vec4::new(
                     self.drive.base_color,
                     self.drive.emissive,
@@ -205,8 +224,8 @@ impl Stripes {
                 softness: self.softness.clamp(0.0, 1.0),
                 phase_offset: self.phase_offset,
                 phase_speed: self.phase_speed,
-                focus_border: self.focus.border.max(1e-6),
-                focus_flags: self.focus.flags(),
+                focus: self.focus.uniform(),
+                families: self.waves as u32,
                 profile,
                 debug: self.debug as u32,
                 filter_width: if self.anti_aliasing { 1.0 } else { 0.0 },
@@ -221,14 +240,13 @@ impl Stripes {
 struct StripesUniform {
     color: Vec4,
     gap_color: Vec4,
-    focus_region: Vec4,
     drive: Vec4,
     duty: f32,
     softness: f32,
     phase_offset: f32,
     phase_speed: f32,
-    focus_border: f32,
-    focus_flags: u32,
+    focus: FocusUniform,
+    families: u32,
     profile: u32,
     debug: u32,
     filter_width: f32,
@@ -296,6 +314,12 @@ impl AsBindGroup for Stripes {
     }
 }
 
+impl PatternExtension for Stripes {
+    fn cuts_out(&self) -> bool {
+        self.cutout
+    }
+}
+
 impl MaterialExtension for Stripes {
     fn vertex_shader() -> ShaderRef {
         pattern_vertex_shader()
@@ -345,45 +369,6 @@ impl MaterialExtension for Stripes {
                 .extend(variants.into_iter().filter(|v| v.0).map(|v| v.1.into()));
         }
         Ok(())
-    }
-}
-
-/// A cut-out needs a base that may discard, or Bevy draws shadows and prepasses without looking at the material. An opaque
-/// base gets a mask for as long as it is cut out.
-pub(super) fn mask_cutouts(
-    mut changes: MessageReader<AssetEvent<StripeMaterial>>,
-    mut materials: ResMut<Assets<StripeMaterial>>,
-    mut masked: Local<HashSet<AssetId<StripeMaterial>>>,
-) {
-    const MASK: AlphaMode = AlphaMode::Mask(0.5);
-    for change in changes.read() {
-        let id = match *change {
-            AssetEvent::Added { id } | AssetEvent::Modified { id } => id,
-            AssetEvent::Removed { id } => {
-                masked.remove(&id);
-                continue;
-            }
-            AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => continue,
-        };
-        let Some(material) = materials.get(id) else { continue };
-        let mode = material.base.alpha_mode;
-        let wanted = match (material.extension.cutout, mode) {
-            (true, AlphaMode::Opaque) => {
-                masked.insert(id);
-                MASK
-            }
-            (true, mode) if mode == MASK => MASK,
-            // Another mode than the mask is the user's own.
-            (_, mode) => match masked.remove(&id) {
-                true if mode == MASK => AlphaMode::Opaque,
-                _ => mode,
-            },
-        };
-        if wanted != mode
-            && let Some(mut material) = materials.get_mut(id)
-        {
-            material.base.alpha_mode = wanted;
-        }
     }
 }
 

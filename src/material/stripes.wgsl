@@ -2,31 +2,27 @@
 // `apply_stripe`, between the material's textures and its lighting.
 
 #import bevy_pbr::{
-    pbr_types,
     pbr_types::{PbrInput, STANDARD_MATERIAL_FLAGS_UNLIT_BIT},
     pbr_functions::alpha_discard,
     pbr_fragment::pbr_input_from_standard_material,
     decal::clustered::apply_decals,
 }
 #import bevy_field_patterns::bump::bumped_normal
+#import bevy_field_patterns::cutout::cut_out
+#import bevy_field_patterns::focus::{FOCUS_COLOR, limited}
+#import bevy_field_patterns::pattern_output::pattern_output
+#import bevy_field_patterns::stripe_style::{stripes, stripe_at}
 #import bevy_field_patterns::triangle_wave::Wave
 #import bevy_field_patterns::wave::{PatternPoint, pattern_point, sample_wave}
-#import bevy_field_patterns::stripe_style::{
-    Stripe, stripes, stripe_at, is_hole, limited, FOCUS_COLOR, TAU,
-}
 
 #ifdef PREPASS_PIPELINE
 #import bevy_render::globals::Globals
-#import bevy_pbr::{
-    prepass_io::{VertexOutput, FragmentOutput},
-    pbr_deferred_functions::deferred_output,
-}
+#import bevy_pbr::prepass_io::{VertexOutput, FragmentOutput}
 @group(0) @binding(1) var<uniform> globals: Globals;
 #else
 #import bevy_pbr::{
     mesh_view_bindings::globals,
     forward_io::{VertexOutput, FragmentOutput},
-    pbr_functions::{apply_pbr_lighting, main_pass_post_lighting_processing},
 }
 #endif
 
@@ -36,9 +32,6 @@
 #ifdef VISIBILITY_RANGE_DITHER
 #import bevy_pbr::pbr_functions::visibility_range_dither;
 #endif
-#ifdef OIT_ENABLED
-#import bevy_core_pipeline::oit::oit_draw
-#endif
 
 // Where the world moves along the screen; taken in uniform control flow. [world units/pixel]
 struct ScreenFrame {
@@ -47,20 +40,12 @@ struct ScreenFrame {
 }
 
 fn apply_stripe(pbr: ptr<function, PbrInput>, point: PatternPoint, wave: Wave, frame: ScreenFrame) {
-    let stripe = stripe_at(wave, (*pbr).world_position.xyz, globals.time);
-    let strength = limited(stripe.focus, FOCUS_COLOR);
+    let stripe = stripe_at(point, wave, (*pbr).world_position.xyz, globals.time);
+    let strength = limited(stripes.focus, stripe.focus, FOCUS_COLOR);
     let material = &(*pbr).material;
 
 #ifdef STRIPES_CUTOUT
-    let alpha_mode = (*material).flags & pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_RESERVED_BITS;
-    if alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_OPAQUE
-        || alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_MASK {
-        if is_hole(stripe, (*pbr).frag_coord, 0.5) {
-            discard;
-        }
-    } else {
-        (*material).base_color.a *= stripe.solid;
-    }
+    (*material).base_color.a *= cut_out((*material).flags, stripe.solid, stripe.periods, (*pbr).frag_coord);
 #endif
 
     let over = stripe.layer * strength * stripes.drive.x;
@@ -106,25 +91,5 @@ fn fragment(
         apply_stripe(&pbr, point, wave, frame);
     }
     apply_decals(&pbr);
-
-#ifdef PREPASS_PIPELINE
-    let out = deferred_output(in, pbr);
-#else
-    var out: FragmentOutput;
-    if (pbr.material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) == 0u {
-        out.color = apply_pbr_lighting(pbr);
-    } else {
-        out.color = pbr.material.base_color;
-    }
-    out.color = main_pass_post_lighting_processing(pbr, out.color);
-#endif
-
-#ifdef OIT_ENABLED
-    let alpha_mode = pbr.material.flags & pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_RESERVED_BITS;
-    if alpha_mode != pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_OPAQUE {
-        oit_draw(in.position, out.color);
-        discard;
-    }
-#endif
-    return out;
+    return pattern_output(in, pbr);
 }

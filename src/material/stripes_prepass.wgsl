@@ -5,30 +5,28 @@
 #import bevy_pbr::{
     pbr_bindings,
     pbr_functions,
-    pbr_fragment::pbr_input_from_standard_material,
     pbr_prepass_functions,
-    pbr_types,
-    prepass_io::{VertexOutput, FragmentOutput},
+    prepass_io::VertexOutput,
 }
 #import bevy_field_patterns::bump::bumped_normal
+#import bevy_field_patterns::cutout::cut_out_prepass
+#import bevy_field_patterns::focus::{FOCUS_COLOR, limited}
+#import bevy_field_patterns::stripe_style::{Stripe, stripes, stripe_at}
 #import bevy_field_patterns::wave::{PatternPoint, pattern_point, sample_wave}
-#import bevy_field_patterns::stripe_style::{Stripe, stripes, stripe_at, is_hole, limited, FOCUS_COLOR}
+
+#ifdef PREPASS_FRAGMENT
+#import bevy_pbr::prepass_io::FragmentOutput
+#import bevy_field_patterns::pattern_output::prepass_output
+#ifdef NORMAL_PREPASS
+#import bevy_field_patterns::pattern_output::prepass_normal
+#endif
+#endif
 
 @group(0) @binding(1) var<uniform> globals: Globals;
 
-// What Bevy's prepass takes for modes that blend.
-const BLENDED_CUTOFF: f32 = 0.05;
-
-// As `alpha_discard` of the main pass, so that both draw the same pixels; what blends casts a shadow where it is not clear.
 fn cut_out(stripe: Stripe, frag_coord: vec4<f32>) {
 #ifdef STRIPES_CUTOUT
-    let alpha_mode = pbr_bindings::material.flags & pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_RESERVED_BITS;
-    let mask = alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_MASK
-        || alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_OPAQUE;
-    let cutoff = select(BLENDED_CUTOFF, 0.5, mask);
-    if is_hole(stripe, frag_coord, cutoff) {
-        discard;
-    }
+    cut_out_prepass(pbr_bindings::material.flags, stripe.solid, stripe.periods, frag_coord);
 #endif
 }
 
@@ -49,37 +47,20 @@ fn fragment(
 #endif
     pbr_prepass_functions::prepass_alpha_discard(in);
 
-    var out: FragmentOutput;
-#ifdef UNCLIPPED_DEPTH_ORTHO_EMULATION
-    out.frag_depth = in.unclipped_depth;
-#endif
-#ifdef MOTION_VECTOR_PREPASS
-    out.motion_vector = pbr_prepass_functions::calculate_motion_vector(in.world_position, in.previous_world_position);
-#endif
+    var normal = vec3(0.0);
 #ifdef NORMAL_PREPASS
-    var normal = in.world_normal;
-    if (pbr_bindings::material.flags & pbr_types::STANDARD_MATERIAL_FLAGS_UNLIT_BIT) == 0u {
-        // The base's normal map included.
-        normal = pbr_input_from_standard_material(in, is_front).N;
-    }
+    normal = prepass_normal(in, is_front);
 #endif
-
     let wave = sample_wave(point);
     if wave.defined {
-        let stripe = stripe_at(wave, in.world_position.xyz, globals.time);
+        let stripe = stripe_at(point, wave, in.world_position.xyz, globals.time);
         cut_out(stripe, in.position);
-#ifdef NORMAL_PREPASS
 #ifdef STRIPES_BUMP
-        let slope = stripe.slope * limited(stripe.focus, FOCUS_COLOR) * stripes.drive.w;
+        let slope = stripe.slope * limited(stripes.focus, stripe.focus, FOCUS_COLOR) * stripes.drive.w;
         normal = bumped_normal(normal, position_dx, position_dy, slope);
 #endif
-#endif
     }
-
-#ifdef NORMAL_PREPASS
-    out.normal = vec4(normal * 0.5 + vec3(0.5), 1.0);
-#endif
-    return out;
+    return prepass_output(in, normal);
 }
 #else
 @fragment
@@ -93,7 +74,7 @@ fn fragment(
 #ifdef STRIPES_CUTOUT
     let wave = sample_wave(point);
     if wave.defined {
-        cut_out(stripe_at(wave, in.world_position.xyz, globals.time), in.position);
+        cut_out(stripe_at(point, wave, in.world_position.xyz, globals.time), in.position);
     }
 #endif
 }

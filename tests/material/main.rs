@@ -1,11 +1,14 @@
 //! The stripe material and the shader library on a GPU (or Mesa's software one): one app, many small pictures.
 #![allow(unreachable_pub, reason = "modules of one test")]
 
+mod hatch;
 mod passes;
 mod patterns;
 mod probe;
+mod smooth;
 mod stage;
 mod styles;
+mod tensor;
 
 use bevy::{mesh::MeshTag, prelude::*};
 use bevy_field_patterns::{
@@ -40,6 +43,8 @@ impl Scene {
     fn new() -> Self {
         let mut stage = Stage::new((
             StripeMaterialPlugin,
+            HatchMaterialPlugin,
+            TensorMaterialPlugin,
             MaterialPlugin::<Probe>::default(),
             PatternMaterialPlugin::<Probe>::default(),
         ));
@@ -74,6 +79,14 @@ impl Scene {
             vector,
             pairs,
         }
+    }
+}
+
+impl Scene {
+    /// Sends patterns that were added, and tells that buffers are new.
+    fn refresh(&mut self) {
+        self.memory.upload(&mut self.stage.app);
+        self.stage.app.world_mut().resource_mut::<BufferGeneration>().0 += 1;
     }
 }
 
@@ -134,6 +147,34 @@ fn materials() {
     styles::debug_styles_draw(&mut scene);
     grown_buffers_are_seen(&mut scene);
     styles::gallery(&mut scene);
+}
+
+#[test]
+fn hatching() {
+    let mut scene = Scene::new();
+    hatch::darker_tones_keep_strokes(&mut scene);
+    hatch::ink_is_the_share_of_the_tone(&mut scene);
+    hatch::zooming_keeps_strokes(&mut scene);
+    hatch::quarter_turns_leave_no_seams(&mut scene);
+    hatch::stripes_of_two_waves(&mut scene);
+    hatch::line_fields_have_no_seams(&mut scene);
+    hatch::tones_come_from_light_and_distance(&mut scene);
+    hatch::tones_come_from_scalars(&mut scene);
+    hatch::outlines_are_of_constant_width(&mut scene);
+    hatch::depth_has_a_hue(&mut scene);
+    hatch::every_pass_draws(&mut scene);
+}
+
+#[test]
+fn tensors() {
+    let mut scene = Scene::new();
+    tensor::values_are_colours_and_widths(&mut scene);
+    tensor::turns_and_holes(&mut scene);
+}
+
+#[test]
+fn anti_aliasing() {
+    smooth::one_sample_is_the_mean_of_many(&mut Scene::new());
 }
 
 fn probe_picture(scene: &mut Scene, mode: u32, mesh: &Handle<Mesh>, tag: u32, lens: Lens) -> Picture {
@@ -378,8 +419,7 @@ fn grown_buffers_are_seen(scene: &mut Scene) {
     let lens = square_on(32);
     let before = scene.stage.picture(lens);
     let added = scene.memory.push(&Pattern::plane(2.0, 4, Vec3::Y, 3.0));
-    scene.memory.upload(&mut scene.stage.app);
-    scene.stage.app.world_mut().resource_mut::<BufferGeneration>().0 += 1;
+    scene.refresh();
     scene.stage.app.world_mut().entity_mut(body).insert(MeshTag(added));
     let after = scene.stage.picture(lens);
     scene.stage.clear([body]);
