@@ -77,9 +77,10 @@ pub mod prelude {
         error::PatternError,
         field::{DirectionField, FieldTurn, Frequency, PatternSpace, Principal, Symmetry},
         material::{
-            BorderWidth, CellDebug, CellFill, CellMaterial, CellMaterial2d, CellShape, CellTexture, Cells, DebugStyle,
-            Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes,
-            TileChoice,
+            BorderWidth, CellDebug, CellFill, CellMaterial, CellMaterial2d, CellShape, CellTexture, Cells, ColorMap,
+            DebugStyle, Focus, FocusShape, FocusSource, Patches, PatternMaterialPlugin, PatternTexture,
+            PatternTextureMaterial, Profile, ScalarChannel, ScalarColor, StripeDrive, StripeMaterial, Stripes,
+            TextureFade, TextureHeight, TileChoice, Travel,
         },
         sampling::{
             AnisotropicSamples, Density, Importance, Metric, MetricSource, SampleSet, SamplesFailed, SamplesReady,
@@ -99,6 +100,7 @@ impl PluginGroup for FieldPatternsPlugin {
         PluginGroupBuilder::start::<Self>()
             .add(wave::WavePlugin)
             .add(material::StripeMaterialPlugin)
+            .add(material::PatternTexturePlugin)
             .add(sampling::SamplingPlugin)
             .add(cells::CellPlugin)
             .add(material::CellMaterialPlugin)

@@ -6,6 +6,7 @@ mod patterns;
 mod probe;
 mod stage;
 mod styles;
+mod textures;
 
 use bevy::{mesh::MeshTag, prelude::*};
 use bevy_field_patterns::{
@@ -40,6 +41,7 @@ impl Scene {
     fn new() -> Self {
         let mut stage = Stage::new((
             StripeMaterialPlugin,
+            PatternTexturePlugin,
             MaterialPlugin::<Probe>::default(),
             PatternMaterialPlugin::<Probe>::default(),
         ));
@@ -74,6 +76,14 @@ impl Scene {
             vector,
             pairs,
         }
+    }
+}
+
+impl Scene {
+    /// Sends patterns that were added.
+    fn upload(&mut self) {
+        self.memory.upload(&mut self.stage.app);
+        self.stage.app.world_mut().resource_mut::<BufferGeneration>().0 += 1;
     }
 }
 
@@ -134,6 +144,17 @@ fn materials() {
     styles::debug_styles_draw(&mut scene);
     grown_buffers_are_seen(&mut scene);
     styles::gallery(&mut scene);
+}
+
+#[test]
+fn pattern_textures() {
+    let mut scene = Scene::new();
+    textures::styles_say_what_they_need();
+    textures::images_lie_on_the_waves(&mut scene);
+    textures::scalars_choose_looks(&mut scene);
+    textures::cells_show_one_tile(&mut scene);
+    textures::periods_have_no_seams(&mut scene);
+    textures::every_pass_draws(&mut scene);
 }
 
 fn probe_picture(scene: &mut Scene, mode: u32, mesh: &Handle<Mesh>, tag: u32, lens: Lens) -> Picture {
@@ -378,8 +399,7 @@ fn grown_buffers_are_seen(scene: &mut Scene) {
     let lens = square_on(32);
     let before = scene.stage.picture(lens);
     let added = scene.memory.push(&Pattern::plane(2.0, 4, Vec3::Y, 3.0));
-    scene.memory.upload(&mut scene.stage.app);
-    scene.stage.app.world_mut().resource_mut::<BufferGeneration>().0 += 1;
+    scene.upload();
     scene.stage.app.world_mut().entity_mut(body).insert(MeshTag(added));
     let after = scene.stage.picture(lens);
     scene.stage.clear([body]);

@@ -1,4 +1,4 @@
-// Stripes in shadow maps and in the depth, normal and motion vector prepasses: the steps of Bevy's `pbr_prepass.wgsl`, with
+// A style of waves in shadow maps and in the depth, normal and motion vector prepasses: the steps of Bevy's `pbr_prepass.wgsl`, with
 // the holes of a cut-out and the normals of a bump.
 
 #import bevy_render::globals::Globals
@@ -11,8 +11,15 @@
     prepass_io::{VertexOutput, FragmentOutput},
 }
 #import bevy_field_patterns::bump::bumped_normal
-#import bevy_field_patterns::wave::{PatternPoint, pattern_point, sample_wave}
-#import bevy_field_patterns::stripe_style::{Stripe, stripes, stripe_at, is_hole, limited, FOCUS_COLOR}
+#import bevy_field_patterns::paint::{Paint, is_hole}
+#import bevy_field_patterns::wave::pattern_point
+
+#ifdef PATTERN_STRIPES
+#import bevy_field_patterns::stripe_style::paint_pattern
+#endif
+#ifdef PATTERN_TEXTURE
+#import bevy_field_patterns::texture_style::paint_pattern
+#endif
 
 @group(0) @binding(1) var<uniform> globals: Globals;
 
@@ -20,13 +27,13 @@
 const BLENDED_CUTOFF: f32 = 0.05;
 
 // As `alpha_discard` of the main pass, so that both draw the same pixels; what blends casts a shadow where it is not clear.
-fn cut_out(stripe: Stripe, frag_coord: vec4<f32>) {
-#ifdef STRIPES_CUTOUT
+fn cut_out(paint: Paint, frag_coord: vec4<f32>) {
+#ifdef PATTERN_CUTOUT
     let alpha_mode = pbr_bindings::material.flags & pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_RESERVED_BITS;
     let mask = alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_MASK
         || alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_OPAQUE;
     let cutoff = select(BLENDED_CUTOFF, 0.5, mask);
-    if is_hole(stripe, frag_coord, cutoff) {
+    if is_hole(paint, frag_coord, cutoff) {
         discard;
     }
 #endif
@@ -64,14 +71,12 @@ fn fragment(
     }
 #endif
 
-    let wave = sample_wave(point);
-    if wave.defined {
-        let stripe = stripe_at(wave, in.world_position.xyz, globals.time);
-        cut_out(stripe, in.position);
+    let paint = paint_pattern(point, in.world_position.xyz, globals.time);
+    if paint.defined {
+        cut_out(paint, in.position);
 #ifdef NORMAL_PREPASS
-#ifdef STRIPES_BUMP
-        let slope = stripe.slope * limited(stripe.focus, FOCUS_COLOR) * stripes.drive.w;
-        normal = bumped_normal(normal, position_dx, position_dy, slope);
+#ifdef PATTERN_BUMP
+        normal = bumped_normal(normal, position_dx, position_dy, paint.slope);
 #endif
 #endif
     }
@@ -90,10 +95,10 @@ fn fragment(
 ) {
     let point = pattern_point(pattern, barycentrics);
     pbr_prepass_functions::prepass_alpha_discard(in);
-#ifdef STRIPES_CUTOUT
-    let wave = sample_wave(point);
-    if wave.defined {
-        cut_out(stripe_at(wave, in.world_position.xyz, globals.time), in.position);
+#ifdef PATTERN_CUTOUT
+    let paint = paint_pattern(point, in.world_position.xyz, globals.time);
+    if paint.defined {
+        cut_out(paint, in.position);
     }
 #endif
 }

@@ -1,5 +1,5 @@
-// Stripes over a StandardMaterial, in the main pass and in the deferred pass: the steps of Bevy's `pbr.wgsl` with one more,
-// `apply_stripe`, between the material's textures and its lighting.
+// A style of waves over a StandardMaterial, in the main pass and in the deferred pass: the steps of Bevy's `pbr.wgsl` with
+// one more, `apply_paint`, between the material's textures and its lighting. `PATTERN_*` selects the style.
 
 #import bevy_pbr::{
     pbr_types,
@@ -9,11 +9,15 @@
     decal::clustered::apply_decals,
 }
 #import bevy_field_patterns::bump::bumped_normal
-#import bevy_field_patterns::triangle_wave::Wave
-#import bevy_field_patterns::wave::{PatternPoint, pattern_point, sample_wave}
-#import bevy_field_patterns::stripe_style::{
-    Stripe, stripes, stripe_at, is_hole, limited, FOCUS_COLOR, TAU,
-}
+#import bevy_field_patterns::paint::{Paint, is_hole}
+#import bevy_field_patterns::wave::pattern_point
+
+#ifdef PATTERN_STRIPES
+#import bevy_field_patterns::stripe_style::paint_pattern
+#endif
+#ifdef PATTERN_TEXTURE
+#import bevy_field_patterns::texture_style::paint_pattern
+#endif
 
 #ifdef PREPASS_PIPELINE
 #import bevy_render::globals::Globals
@@ -30,9 +34,6 @@
 }
 #endif
 
-#ifdef STRIPES_DEBUG
-#import bevy_field_patterns::stripe_debug::debug_color
-#endif
 #ifdef VISIBILITY_RANGE_DITHER
 #import bevy_pbr::pbr_functions::visibility_range_dither;
 #endif
@@ -46,43 +47,37 @@ struct ScreenFrame {
     dy: vec3<f32>,
 }
 
-fn apply_stripe(pbr: ptr<function, PbrInput>, point: PatternPoint, wave: Wave, frame: ScreenFrame) {
-    let stripe = stripe_at(wave, (*pbr).world_position.xyz, globals.time);
-    let strength = limited(stripe.focus, FOCUS_COLOR);
+fn apply_paint(pbr: ptr<function, PbrInput>, paint: Paint, frame: ScreenFrame) {
     let material = &(*pbr).material;
 
-#ifdef STRIPES_CUTOUT
+#ifdef PATTERN_CUTOUT
     let alpha_mode = (*material).flags & pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_RESERVED_BITS;
     if alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_OPAQUE
         || alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_MASK {
-        if is_hole(stripe, (*pbr).frag_coord, 0.5) {
+        if is_hole(paint, (*pbr).frag_coord, 0.5) {
             discard;
         }
     } else {
-        (*material).base_color.a *= stripe.solid;
+        (*material).base_color.a *= paint.solid;
     }
 #endif
 
-    let over = stripe.layer * strength * stripes.drive.x;
     let base = (*material).base_color;
-    (*material).base_color = vec4(base.rgb * (1.0 - over.a) + over.rgb, base.a);
-    (*material).emissive += vec4(stripe.layer.rgb * strength * stripes.drive.y, 0.0);
-    (*material).perceptual_roughness =
-        clamp((*material).perceptual_roughness + stripe.coverage * strength * stripes.drive.z, 0.045, 1.0);
+    (*material).base_color = vec4(base.rgb * (1.0 - paint.layer.a) + paint.layer.rgb, base.a);
+    (*material).emissive += vec4(paint.emissive, 0.0);
+    (*material).perceptual_roughness = clamp((*material).perceptual_roughness + paint.roughness, 0.045, 1.0);
 
-#ifdef STRIPES_BUMP
+#ifdef PATTERN_BUMP
     // The normal prepass has bent its normals already, where they are read back.
 #ifndef LOAD_PREPASS_NORMALS
-    let slope = stripe.slope * strength * stripes.drive.w;
-    (*pbr).N = bumped_normal((*pbr).N, frame.dx, frame.dy, slope);
-    (*pbr).clearcoat_N = bumped_normal((*pbr).clearcoat_N, frame.dx, frame.dy, slope);
+    (*pbr).N = bumped_normal((*pbr).N, frame.dx, frame.dy, paint.slope);
+    (*pbr).clearcoat_N = bumped_normal((*pbr).clearcoat_N, frame.dx, frame.dy, paint.slope);
 #endif
 #endif
 
-#ifdef STRIPES_DEBUG
-    (*material).base_color = vec4(debug_color(stripes.debug, point, wave), base.a);
-    (*material).flags |= STANDARD_MATERIAL_FLAGS_UNLIT_BIT;
-#endif
+    if paint.unlit {
+        (*material).flags |= STANDARD_MATERIAL_FLAGS_UNLIT_BIT;
+    }
 }
 
 @fragment
@@ -101,9 +96,9 @@ fn fragment(
 
     var pbr = pbr_input_from_standard_material(in, is_front);
     pbr.material.base_color = alpha_discard(pbr.material, pbr.material.base_color);
-    let wave = sample_wave(point);
-    if wave.defined {
-        apply_stripe(&pbr, point, wave, frame);
+    let paint = paint_pattern(point, pbr.world_position.xyz, globals.time);
+    if paint.defined {
+        apply_paint(&pbr, paint, frame);
     }
     apply_decals(&pbr);
 
