@@ -82,6 +82,9 @@ pub enum PatternError {
     /// The style needs a vector field.
     #[error("{0} needs Symmetry::Vector: on a line field d and -d are the same, and only sin \u{3a6} is defined")]
     NeedsVectorSymmetry(&'static str),
+    /// The style needs two waves.
+    #[error("{0} needs two waves; give the entity Waves::Orthogonal or Waves::Cross")]
+    NeedsTwoWaves(&'static str),
     /// A metric has an eigenvalue that is not above zero.
     #[error("{what} {index} is not positive definite; d² = vᵀMv must be above 0 for every direction v")]
     NotPositive {

@@ -77,9 +77,10 @@ pub mod prelude {
         error::PatternError,
         field::{DirectionField, FieldTurn, Frequency, PatternSpace, Principal, Symmetry},
         material::{
-            BorderWidth, CellDebug, CellFill, CellMaterial, CellMaterial2d, CellShape, CellTexture, Cells, DebugStyle,
-            Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, StripeWaves,
-            Stripes, TileChoice,
+            BorderWidth, CellDebug, CellFill, CellMaterial, CellMaterial2d, CellShape, CellTexture, Cells, ColorMap,
+            DebugStyle, Focus, FocusShape, FocusSource, Patches, PatternMaterialPlugin, PatternTexture,
+            PatternTextureMaterial, Profile, ScalarChannel, ScalarColor, StripeDrive, StripeMaterial, StripeWaves,
+            Stripes, TextureFade, TextureHeight, TileChoice, Travel,
         },
         material::{
             ChromaDepth, DashAlong, DistanceFrom, Eigenvalue, Hatch, HatchHand, HatchMaterial, HatchOutline,
@@ -103,6 +104,7 @@ impl PluginGroup for FieldPatternsPlugin {
         PluginGroupBuilder::start::<Self>()
             .add(wave::WavePlugin)
             .add(material::StripeMaterialPlugin)
+            .add(material::PatternTexturePlugin)
             .add(material::HatchMaterialPlugin)
             .add(material::TensorMaterialPlugin)
             .add(sampling::SamplingPlugin)

@@ -1,7 +1,7 @@
 //! Focus: a region of the world that limits a style.
 //!
-//! In: a shape in world space. Out: a uniform; `focus.wgsl` makes a weight of it, 1 in focus and 0 out of it. Moving a
-//! focus changes uniforms only: nothing is solved again.
+//! In: a shape in world space. Out: a uniform; `focus.wgsl` makes a weight of it, 1 in
+//! focus and 0 out of it. Moving a focus changes uniforms only: nothing is solved again.
 
 use bevy::{prelude::*, render::render_resource::ShaderType};
 
@@ -101,22 +101,17 @@ impl Focus {
 
     pub(super) fn uniform(&self) -> FocusUniform {
         FocusUniform {
-            region: self.region(),
+            region: match self.shape {
+                FocusShape::Everywhere => Vec4::ZERO,
+                FocusShape::Sphere { center, radius } => center.extend(radius),
+                FocusShape::HalfSpace { normal, distance } => normal.extend(distance),
+            },
             border: self.border.max(1e-6),
             flags: self.flags(),
         }
     }
 
-    /// Centre and radius, or normal and distance.
-    pub(super) fn region(&self) -> Vec4 {
-        match self.shape {
-            FocusShape::Everywhere => Vec4::ZERO,
-            FocusShape::Sphere { center, radius } => center.extend(radius),
-            FocusShape::HalfSpace { normal, distance } => normal.extend(distance),
-        }
-    }
-
-    pub(super) fn flags(&self) -> u32 {
+    fn flags(&self) -> u32 {
         let shape = match self.shape {
             FocusShape::Everywhere => 0,
             FocusShape::Sphere { .. } => Self::SPHERE,
@@ -136,7 +131,7 @@ impl Focus {
 }
 
 /// `struct Focus` of `focus.wgsl`.
-#[derive(ShaderType, Debug, Clone, Copy, Default)]
+#[derive(ShaderType, Debug, Clone, Default)]
 pub(super) struct FocusUniform {
     region: Vec4,
     border: f32,

@@ -5,13 +5,16 @@
 //! (`hatch_strokes.wgsl`), and lines where the surface turns out of sight (`hatch_outline.wgsl`).
 
 use super::{
-    Focus, FocusShape, Hatch, HatchTone, PatternMaterialPlugin,
-    fit_base::{PatternExtension, fit_base},
+    DistanceFrom, FocusShape, Hatch, HatchTone, ToneSource,
     focus::FocusUniform,
     hatch_options::{apart, carry_tone},
-    pattern_prepass_vertex_shader, pattern_vertex_shader,
+    pattern_prepass_fragment_shader, pattern_prepass_vertex_shader, pattern_vertex_shader,
+    style::{WaveStyle, WaveStylePlugin, select_variant},
 };
-use crate::wave::layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER};
+use crate::wave::{
+    StyleNeeds,
+    layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER},
+};
 use bevy::{
     asset::{AssetEventSystems, embedded_asset},
     ecs::system::SystemParamItem,
@@ -26,7 +29,7 @@ use bevy::{
         renderer::RenderDevice,
         storage::ShaderBuffer,
     },
-    shader::{ShaderRef, load_shader_library},
+    shader::ShaderRef,
 };
 
 /// [`StandardMaterial`] drawn with strokes along the entity's wave: those of a darker tone contain those of a lighter one,
@@ -44,23 +47,16 @@ impl Plugin for HatchMaterialPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins((
             MaterialPlugin::<HatchMaterial>::default(),
-            PatternMaterialPlugin::<HatchMaterial>::default(),
+            WaveStylePlugin::<Hatch>::default(),
         ))
         .register_type::<Hatch>()
-        .register_type::<super::ToneSource>()
+        .register_type::<ToneSource>()
         .register_asset_reflect::<HatchMaterial>()
         .add_systems(
             PostUpdate,
-            (
-                fit_base::<Hatch>.after(AssetEventSystems),
-                carry_tone.after(TransformSystems::Propagate).before(AssetEventSystems),
-            ),
+            carry_tone.after(TransformSystems::Propagate).before(AssetEventSystems),
         );
-        load_shader_library!(app, "hatch_strokes.wgsl");
-        load_shader_library!(app, "hatch_style.wgsl");
-        load_shader_library!(app, "hatch_outline.wgsl");
         embedded_asset!(app, "hatch.wgsl");
-        embedded_asset!(app, "hatch_prepass.wgsl");
     }
 }
 
@@ -103,7 +99,7 @@ impl Hatch {
         let range = self.tone.range();
         let origin = match self.tone {
             HatchTone::Distance {
-                from: super::DistanceFrom::Point(point),
+                from: DistanceFrom::Point(point),
                 ..
             } => point,
             _ => Vec3::ZERO,
@@ -191,12 +187,16 @@ impl AsBindGroup for Hatch {
     }
 }
 
-impl PatternExtension for Hatch {
-    fn cuts_out(&self) -> bool {
+impl WaveStyle for Hatch {
+    fn needs(&self) -> StyleNeeds {
+        StyleNeeds::default()
+    }
+
+    fn is_cutout(&self) -> bool {
         self.cutout
     }
 
-    fn needs_forward(&self) -> bool {
+    fn needs_light(&self) -> bool {
         matches!(self.tone, HatchTone::Light { .. })
     }
 }
@@ -215,7 +215,7 @@ impl MaterialExtension for Hatch {
     }
 
     fn prepass_fragment_shader() -> ShaderRef {
-        super::embedded("hatch_prepass.wgsl")
+        pattern_prepass_fragment_shader()
     }
 
     fn deferred_vertex_shader() -> ShaderRef {
@@ -239,16 +239,13 @@ impl MaterialExtension for Hatch {
             outline,
         } = key.bind_group_data;
         let variants = [
+            (true, "PATTERN_HATCH"),
+            (cutout, "PATTERN_CUTOUT"),
             (light, "HATCH_LIGHT"),
             (lit, "HATCH_LIT"),
-            (cutout, "HATCH_CUTOUT"),
             (outline, "HATCH_OUTLINE"),
         ];
-        if let Some(fragment) = &mut descriptor.fragment {
-            fragment
-                .shader_defs
-                .extend(variants.into_iter().filter(|v| v.0).map(|v| v.1.into()));
-        }
+        select_variant(descriptor, &variants);
         Ok(())
     }
 }

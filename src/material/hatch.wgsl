@@ -7,9 +7,9 @@
     pbr_fragment::pbr_input_from_standard_material,
     decal::clustered::apply_decals,
 }
-#import bevy_field_patterns::cutout::cut_out
 #import bevy_field_patterns::focus::{FOCUS_COLOR, limited}
 #import bevy_field_patterns::hatch_style::{drawing_at, hatch, place_of, view_depth}
+#import bevy_field_patterns::paint::{Paint, cut_out}
 #import bevy_field_patterns::pattern_output::pattern_output
 #import bevy_field_patterns::wave::{pattern_point, sample_wave}
 
@@ -54,7 +54,7 @@ fn fragment(
     @location(12) rest: vec3<f32>,
 ) -> FragmentOutput {
     let point = pattern_point(pattern, barycentrics);
-    let place = place_of(in.world_position.xyz, rest);
+    let place = place_of(point, in.world_position.xyz);
 
 #ifdef VISIBILITY_RANGE_DITHER
     visibility_range_dither(in.position, in.visibility_range_dither);
@@ -80,9 +80,11 @@ fn fragment(
 #endif
     let luminance = dot(color.rgb, LUMINANCE);
     let drawing = drawing_at(point, wave, place, luminance, true);
-#ifdef HATCH_CUTOUT
-    let kept = cut_out(pbr.material.flags, drawing.solid, drawing.periods, in.position);
-    pbr.material.base_color.a *= kept;
+#ifdef PATTERN_CUTOUT
+    var paint: Paint;
+    paint.solid = drawing.solid;
+    paint.periods = drawing.periods;
+    pbr.material.base_color.a *= cut_out(paint, pbr.material.flags, in.position);
 #endif
     var ink = drawing.ink;
 #ifdef HATCH_OUTLINE

@@ -1,6 +1,6 @@
 //! What hatching can be told.
 
-use super::{Focus, HatchMaterial};
+use super::{Focus, HatchMaterial, ScalarChannel};
 use bevy::prelude::*;
 
 /// What decides how dark a place is drawn.
@@ -26,8 +26,8 @@ pub enum HatchTone {
     },
     /// One of the pattern's two scalars per vertex, in their own unit.
     Scalar {
-        /// Which one, 0 or 1.
-        channel: u32,
+        /// Which one.
+        scalar: ScalarChannel,
         /// The scalar at which the tone is the lightest.
         light: f32,
         /// The scalar at which the tone is the darkest.
@@ -52,7 +52,7 @@ impl HatchTone {
         match self {
             Self::Constant(_) => 0,
             Self::Light { .. } => 1,
-            Self::Scalar { channel, .. } => 2 + channel.min(1),
+            Self::Scalar { scalar, .. } => 2 + scalar as u32,
             Self::Distance { from, .. } => match from {
                 DistanceFrom::Camera => 4,
                 DistanceFrom::Point(_) => 5,

@@ -12,9 +12,10 @@
 #import bevy_field_patterns::focus::{Focus, FOCUS_CUTOUT, focus_weight, limited}
 #import bevy_field_patterns::hatch_strokes::{crossed_shares, octaves_of, stroke_coverage}
 #import bevy_field_patterns::noise::smooth_noise
+#import bevy_field_patterns::paint::Paint
 #import bevy_field_patterns::triangle_wave::Wave
 #import bevy_field_patterns::wave::{
-    PatternPoint, is_cross, pattern_frame, sample_pair, sample_scalars, sample_wave,
+    PatternPoint, has_pattern, is_cross, load_corners, pattern_frame, sample_pair, sample_scalars, sample_wave,
 }
 
 const TAU: f32 = 6.283185307179586;
@@ -59,9 +60,8 @@ struct Place {
 
 struct Drawing {
     ink: f32,
-    // Share of the pixel that a cut-out leaves.
+    // Share of the pixel that a cut-out leaves, and how much of the distance between two strokes it covers.
     solid: f32,
-    // How much of the distance between two strokes a pixel covers.
     periods: f32,
     focus: f32,
 }
@@ -74,14 +74,25 @@ struct Hand {
     opacity: f32,
 }
 
-// Takes derivatives. `rest` is the position before skin and morph targets.
-fn place_of(world: vec3<f32>, rest: vec3<f32>) -> Place {
-    let world_dx = dpdx(world);
-    let world_dy = dpdy(world);
-    let rest_dx = dpdx(rest);
-    let rest_dy = dpdy(rest);
-    let squares = vec2(dot(world_dx, world_dx) + dot(world_dy, world_dy), dot(rest_dx, rest_dx) + dot(rest_dy, rest_dy));
-    return Place(world, sqrt(squares.y / max(squares.x, 1e-30)));
+// Takes derivatives: call it in uniform control flow.
+fn place_of(point: PatternPoint, world: vec3<f32>) -> Place {
+    let dx = dpdx(world);
+    let dy = dpdy(world);
+    let size = sqrt(dot(dx, dx) + dot(dy, dy));
+    return Place(world, rest_size(point) / max(size, 1e-30));
+}
+
+// How much of the surface at rest a pixel covers. [rest length]
+fn rest_size(point: PatternPoint) -> f32 {
+    if !has_pattern(point) {
+        return 0.0;
+    }
+    let corners = load_corners(point, 0u).position;
+    let origin = corners[0];
+    let sides = mat3x3(vec3(0.0), corners[1] - origin, corners[2] - origin);
+    let dx = sides * point.b_dx;
+    let dy = sides * point.b_dy;
+    return sqrt(dot(dx, dx) + dot(dy, dy));
 }
 
 // How far the camera's depth reaches, and the size of a pixel there. [world units]
@@ -193,7 +204,7 @@ fn drawing_at(point: PatternPoint, wave: Wave, place: Place, luminance: f32, lit
         out.periods = drawn.periods;
         out.ink *= drawn.opacity;
     }
-#ifdef HATCH_CUTOUT
+#ifdef PATTERN_CUTOUT
 #ifdef HATCH_LIGHT
     // Shadows and prepasses do not know the light: what the darkest tone inks is kept, and of it the light inks a part.
     let darkest = ink_at(point, wave, place, hatch.tone.w);
@@ -204,4 +215,23 @@ fn drawing_at(point: PatternPoint, wave: Wave, place: Place, luminance: f32, lit
     out.solid = mix(1.0, out.solid, limited(hatch.focus, focus, FOCUS_CUTOUT));
 #endif
     return out;
+}
+
+// What prepasses and shadow maps see of a drawing.
+fn paint_pattern(point: PatternPoint, world_position: vec3<f32>, time: f32) -> Paint {
+    let place = place_of(point, world_position);
+    let wave = sample_wave(point);
+#ifdef HATCH_LIGHT
+    let lit = false;
+#else
+    let lit = true;
+#endif
+    var paint: Paint;
+    paint.defined = wave.defined;
+    if wave.defined {
+        let drawing = drawing_at(point, wave, place, 0.0, lit);
+        paint.solid = drawing.solid;
+        paint.periods = drawing.periods;
+    }
+    return paint;
 }

@@ -7,13 +7,17 @@
 // layer      colour over the base, premultiplied with its alpha
 // focus      1 where the style applies, 0 where not
 
-#import bevy_field_patterns::coverage::{Coverage, soft_width, pulse_coverage, sine_coverage, sawtooth_coverage}
 #import bevy_field_patterns::families::{
     FAMILIES_BOTH, FAMILIES_SECOND, crossed_layers, crossed_share, families_of,
 }
-#import bevy_field_patterns::focus::{Focus, FOCUS_CUTOUT, FOCUS_WIDTH, focus_weight, limited}
+#import bevy_field_patterns::focus::{Focus, focus_weight, limited, FOCUS_COLOR, FOCUS_CUTOUT, FOCUS_WIDTH}
+#import bevy_field_patterns::paint::{Paint, premultiplied}
 #import bevy_field_patterns::triangle_wave::Wave
-#import bevy_field_patterns::wave::{PatternPoint, pattern_frame, sample_pair, sample_second_wave}
+#import bevy_field_patterns::wave::{PatternPoint, pattern_frame, sample_pair, sample_second_wave, sample_wave}
+#import bevy_field_patterns::coverage::{Coverage, soft_width, pulse_coverage, sine_coverage, sawtooth_coverage}
+#ifdef STRIPES_DEBUG
+#import bevy_field_patterns::stripe_debug::debug_color
+#endif
 
 const TAU: f32 = 6.283185307179586;
 
@@ -26,13 +30,13 @@ const PROFILE_PERIODIC: u32 = 4u;
 struct Stripes {
     color: vec4<f32>,
     gap_color: vec4<f32>,
+    focus: Focus,
     // Opacity over the base colour, emission, roughness, height of the bump.
     drive: vec4<f32>,
     duty: f32,
     softness: f32,
     phase_offset: f32,
     phase_speed: f32,
-    focus: Focus,
     families: u32,
     profile: u32,
     debug: u32,
@@ -98,10 +102,6 @@ fn image_color(profile: u32, turns: f32, width: f32) -> vec4<f32> {
 }
 #endif
 
-fn premultiplied(color: vec4<f32>) -> vec4<f32> {
-    return vec4(color.rgb * color.a, color.a);
-}
-
 // One family of stripes, without the gaps.
 fn family_at(wave: Wave, focus: f32, time: f32) -> Stripe {
     var out: Stripe;
@@ -135,28 +135,19 @@ fn family_at(wave: Wave, focus: f32, time: f32) -> Stripe {
     return out;
 }
 
-// The union of two families.
-fn crossed(one: Stripe, two: Stripe) -> Stripe {
-    var out: Stripe;
-    out.coverage = crossed_share(one.coverage, two.coverage);
-    out.solid = crossed_share(one.solid, two.solid);
-    out.layer = crossed_layers(one.layer, one.coverage, two.layer, two.coverage);
-    out.slope = one.slope * (1.0 - two.height) + two.slope * (1.0 - one.height);
-    out.periods = max(one.periods, two.periods);
-    return out;
-}
-
+// The union of two families, as all pieces of a triangle see it.
 fn crossed_at(point: PatternPoint, focus: f32, time: f32) -> Stripe {
     let frame = pattern_frame(point);
     var sum: Stripe;
     for (var piece = 0u; piece < frame.pieces; piece++) {
         let pair = sample_pair(frame, point, piece);
-        let both = crossed(family_at(pair.first, focus, time), family_at(pair.second, focus, time));
-        sum.coverage += pair.weight * both.coverage;
-        sum.solid += pair.weight * both.solid;
-        sum.layer += pair.weight * both.layer;
-        sum.slope += pair.weight * both.slope;
-        sum.periods += pair.weight * both.periods;
+        let one = family_at(pair.first, focus, time);
+        let two = family_at(pair.second, focus, time);
+        sum.coverage += pair.weight * crossed_share(one.coverage, two.coverage);
+        sum.solid += pair.weight * crossed_share(one.solid, two.solid);
+        sum.layer += pair.weight * crossed_layers(one.layer, one.coverage, two.layer, two.coverage);
+        sum.slope += pair.weight * (one.slope * (1.0 - two.height) + two.slope * (1.0 - one.height));
+        sum.periods += pair.weight * max(one.periods, two.periods);
     }
     return sum;
 }
@@ -174,4 +165,26 @@ fn stripe_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>, time: f
     out.layer += premultiplied(stripes.gap_color) * (1.0 - out.coverage);
     out.solid = mix(1.0, out.solid, limited(stripes.focus, focus, FOCUS_CUTOUT));
     return out;
+}
+
+fn paint_pattern(point: PatternPoint, world_position: vec3<f32>, time: f32) -> Paint {
+    var paint: Paint;
+    let wave = sample_wave(point);
+    if !wave.defined {
+        return paint;
+    }
+    let stripe = stripe_at(point, wave, world_position, time);
+    let strength = limited(stripes.focus, stripe.focus, FOCUS_COLOR);
+    paint.defined = true;
+    paint.layer = stripe.layer * strength * stripes.drive.x;
+    paint.emissive = stripe.layer.rgb * strength * stripes.drive.y;
+    paint.roughness = stripe.coverage * strength * stripes.drive.z;
+    paint.slope = stripe.slope * strength * stripes.drive.w;
+    paint.solid = stripe.solid;
+    paint.periods = stripe.periods;
+#ifdef STRIPES_DEBUG
+    paint.layer = vec4(debug_color(stripes.debug, point, wave), 1.0);
+    paint.unlit = true;
+#endif
+    return paint;
 }

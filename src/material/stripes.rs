@@ -1,18 +1,18 @@
 //! `StripeMaterial`: a physically based material whose look a wave drives.
 //!
 //! In: [`Stripes`], the style (colours, profile, what a stripe drives, what it cuts out). Out: uniforms, an image and the
-//! three shared buffers for `stripes.wgsl`, which turns sin Φ and the footprint into the share of each pixel that is
+//! three shared buffers for `stripe_style.wgsl`, which turns sin Φ and the footprint into the share of each pixel that is
 //! stripe. The state (field, phases) is the entity's; a material can be shared by any number of entities.
 
 use super::{
-    Focus, fit_base::PatternExtension, focus::FocusUniform, pattern_prepass_vertex_shader, pattern_vertex_shader,
+    Focus,
+    focus::FocusUniform,
+    pattern_fragment_shader, pattern_prepass_fragment_shader, pattern_prepass_vertex_shader, pattern_vertex_shader,
+    style::{WaveStyle, select_variant},
 };
-use crate::{
-    field::DirectionField,
-    wave::{
-        NeedsVector,
-        layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER},
-    },
+use crate::wave::{
+    StyleNeeds,
+    layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER},
 };
 use bevy::{
     ecs::system::{SystemParamItem, lifetimeless::SRes},
@@ -214,6 +214,7 @@ impl Stripes {
             style: StripesUniform {
                 color: self.color.to_vec4(),
                 gap_color: self.gap_color.to_vec4(),
+                focus: self.focus.uniform(),
                 drive: Vec4::new(
                     self.drive.base_color,
                     self.drive.emissive,
@@ -224,7 +225,6 @@ impl Stripes {
                 softness: self.softness.clamp(0.0, 1.0),
                 phase_offset: self.phase_offset,
                 phase_speed: self.phase_speed,
-                focus: self.focus.uniform(),
                 families: self.waves as u32,
                 profile,
                 debug: self.debug as u32,
@@ -240,12 +240,12 @@ impl Stripes {
 struct StripesUniform {
     color: Vec4,
     gap_color: Vec4,
+    focus: FocusUniform,
     drive: Vec4,
     duty: f32,
     softness: f32,
     phase_offset: f32,
     phase_speed: f32,
-    focus: FocusUniform,
     families: u32,
     profile: u32,
     debug: u32,
@@ -314,19 +314,13 @@ impl AsBindGroup for Stripes {
     }
 }
 
-impl PatternExtension for Stripes {
-    fn cuts_out(&self) -> bool {
-        self.cutout
-    }
-}
-
 impl MaterialExtension for Stripes {
     fn vertex_shader() -> ShaderRef {
         pattern_vertex_shader()
     }
 
     fn fragment_shader() -> ShaderRef {
-        super::embedded("stripes.wgsl")
+        pattern_fragment_shader()
     }
 
     fn prepass_vertex_shader() -> ShaderRef {
@@ -334,7 +328,7 @@ impl MaterialExtension for Stripes {
     }
 
     fn prepass_fragment_shader() -> ShaderRef {
-        super::embedded("stripes_prepass.wgsl")
+        pattern_prepass_fragment_shader()
     }
 
     fn deferred_vertex_shader() -> ShaderRef {
@@ -342,7 +336,7 @@ impl MaterialExtension for Stripes {
     }
 
     fn deferred_fragment_shader() -> ShaderRef {
-        super::embedded("stripes.wgsl")
+        pattern_fragment_shader()
     }
 
     fn specialize(
@@ -358,50 +352,26 @@ impl MaterialExtension for Stripes {
             debug,
         } = key.bind_group_data;
         let variants = [
+            (true, "PATTERN_STRIPES"),
+            (cutout, "PATTERN_CUTOUT"),
+            (bump, "PATTERN_BUMP"),
             (image, "STRIPES_IMAGE"),
-            (cutout, "STRIPES_CUTOUT"),
-            (bump, "STRIPES_BUMP"),
             (debug, "STRIPES_DEBUG"),
         ];
-        if let Some(fragment) = &mut descriptor.fragment {
-            fragment
-                .shader_defs
-                .extend(variants.into_iter().filter(|v| v.0).map(|v| v.1.into()));
-        }
+        select_variant(descriptor, &variants);
         Ok(())
     }
 }
 
-/// What a material asked for goes with it.
-pub(super) fn withdraw_needs(event: On<Remove, MeshMaterial3d<StripeMaterial>>, mut commands: Commands) {
-    if let Ok(mut entity) = commands.get_entity(event.entity) {
-        entity.try_remove::<NeedsVector>();
+impl WaveStyle for Stripes {
+    fn needs(&self) -> StyleNeeds {
+        StyleNeeds {
+            vector: self.requires_vector_symmetry(),
+            ..default()
+        }
     }
-}
 
-/// Tells the solver which entities carry a style that a line field cannot have.
-pub(super) fn declare_needs(
-    changes: MessageReader<AssetEvent<StripeMaterial>>,
-    entities: Query<(Entity, Ref<MeshMaterial3d<StripeMaterial>>, Option<&NeedsVector>), With<DirectionField>>,
-    materials: Res<Assets<StripeMaterial>>,
-    mut commands: Commands,
-) {
-    let any_material_changed = !changes.is_empty();
-    for (entity, material, declared) in &entities {
-        if !any_material_changed && !material.is_changed() {
-            continue;
-        }
-        let needs = materials
-            .get(&material.0)
-            .and_then(|material| material.extension.requires_vector_symmetry());
-        match needs.map(NeedsVector) {
-            needed if needed.as_ref() == declared => {}
-            Some(needed) => {
-                commands.entity(entity).try_insert(needed);
-            }
-            None => {
-                commands.entity(entity).try_remove::<NeedsVector>();
-            }
-        }
+    fn is_cutout(&self) -> bool {
+        self.cutout
     }
 }

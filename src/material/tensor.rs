@@ -1,19 +1,21 @@
 //! `TensorMaterial`: a tensor's first two eigenvalues as stripes along an eigenvector.
 //!
 //! In: [`Tensor`], the style, and the pattern's two scalars per vertex, which are the eigenvalues. Out: uniforms and the
-//! three shared buffers for `tensor.wgsl`, which draws stripes of the first eigenvalue on the crests of the wave and those
+//! three shared buffers for `tensor_style.wgsl`, which draws stripes of the first eigenvalue on the crests of the wave and those
 //! of the second on its troughs: colour by value, width by magnitude, another colour beyond a limit.
 
 use super::{
-    Focus, PatternMaterialPlugin, StripeWaves,
-    fit_base::{PatternExtension, fit_base},
+    Focus, StripeWaves,
     focus::FocusUniform,
     hatch_options::apart,
-    pattern_prepass_vertex_shader, pattern_vertex_shader,
+    pattern_fragment_shader, pattern_prepass_fragment_shader, pattern_prepass_vertex_shader, pattern_vertex_shader,
+    style::{WaveStyle, WaveStylePlugin, select_variant},
 };
-use crate::wave::layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER};
+use crate::wave::{
+    StyleNeeds,
+    layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER},
+};
 use bevy::{
-    asset::{AssetEventSystems, embedded_asset},
     ecs::system::SystemParamItem,
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline, MaterialPlugin},
@@ -26,7 +28,7 @@ use bevy::{
         renderer::RenderDevice,
         storage::ShaderBuffer,
     },
-    shader::{ShaderRef, load_shader_library},
+    shader::ShaderRef,
 };
 
 /// [`StandardMaterial`] with stripes that show two eigenvalues. Entities without a pattern, or whose pattern is not solved
@@ -180,14 +182,10 @@ impl Plugin for TensorMaterialPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins((
             MaterialPlugin::<TensorMaterial>::default(),
-            PatternMaterialPlugin::<TensorMaterial>::default(),
+            WaveStylePlugin::<Tensor>::default(),
         ))
         .register_type::<Tensor>()
-        .register_asset_reflect::<TensorMaterial>()
-        .add_systems(PostUpdate, fit_base::<Tensor>.after(AssetEventSystems));
-        load_shader_library!(app, "tensor_style.wgsl");
-        embedded_asset!(app, "tensor.wgsl");
-        embedded_asset!(app, "tensor_prepass.wgsl");
+        .register_asset_reflect::<TensorMaterial>();
     }
 }
 
@@ -286,8 +284,12 @@ impl AsBindGroup for Tensor {
     }
 }
 
-impl PatternExtension for Tensor {
-    fn cuts_out(&self) -> bool {
+impl WaveStyle for Tensor {
+    fn needs(&self) -> StyleNeeds {
+        StyleNeeds::default()
+    }
+
+    fn is_cutout(&self) -> bool {
         self.cutout
     }
 }
@@ -298,7 +300,7 @@ impl MaterialExtension for Tensor {
     }
 
     fn fragment_shader() -> ShaderRef {
-        super::embedded("tensor.wgsl")
+        pattern_fragment_shader()
     }
 
     fn prepass_vertex_shader() -> ShaderRef {
@@ -306,7 +308,7 @@ impl MaterialExtension for Tensor {
     }
 
     fn prepass_fragment_shader() -> ShaderRef {
-        super::embedded("tensor_prepass.wgsl")
+        pattern_prepass_fragment_shader()
     }
 
     fn deferred_vertex_shader() -> ShaderRef {
@@ -314,7 +316,7 @@ impl MaterialExtension for Tensor {
     }
 
     fn deferred_fragment_shader() -> ShaderRef {
-        super::embedded("tensor.wgsl")
+        pattern_fragment_shader()
     }
 
     fn specialize(
@@ -323,10 +325,8 @@ impl MaterialExtension for Tensor {
         _: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        let TensorKey { cutout } = key.bind_group_data;
-        if cutout && let Some(fragment) = &mut descriptor.fragment {
-            fragment.shader_defs.push("TENSOR_CUTOUT".into());
-        }
+        let variants = [(true, "PATTERN_TENSOR"), (key.bind_group_data.cutout, "PATTERN_CUTOUT")];
+        select_variant(descriptor, &variants);
         Ok(())
     }
 }

@@ -10,10 +10,11 @@
 #import bevy_field_patterns::families::{
     FAMILIES_BOTH, FAMILIES_SECOND, crossed_layers, crossed_share, families_of,
 }
-#import bevy_field_patterns::focus::{Focus, FOCUS_CUTOUT, FOCUS_WIDTH, focus_weight, limited}
+#import bevy_field_patterns::focus::{Focus, FOCUS_COLOR, FOCUS_CUTOUT, FOCUS_WIDTH, focus_weight, limited}
+#import bevy_field_patterns::paint::{Paint, premultiplied}
 #import bevy_field_patterns::triangle_wave::Wave
 #import bevy_field_patterns::wave::{
-    PatternPoint, pattern_frame, sample_pair, sample_scalars, sample_second_wave,
+    PatternPoint, pattern_frame, sample_pair, sample_scalars, sample_second_wave, sample_wave,
 }
 
 const TAU: f32 = 6.283185307179586;
@@ -61,10 +62,6 @@ struct Reading {
     width: f32,
     // Share of the pixel that is the line where its alert begins.
     line: f32,
-}
-
-fn premultiplied(color: vec4<f32>) -> vec4<f32> {
-    return vec4(color.rgb * color.a, color.a);
 }
 
 fn reading_of(style: Eigenvalue, value: f32, slope: vec2<f32>) -> Reading {
@@ -133,4 +130,19 @@ fn tensor_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>) -> Tens
     out.layer = mix(out.layer, premultiplied(tensor.line_color), line * tensor.line_color.a);
     out.solid = mix(1.0, crossed_share(out.solid, line), limited(tensor.focus, focus, FOCUS_CUTOUT));
     return out;
+}
+
+fn paint_pattern(point: PatternPoint, world_position: vec3<f32>, time: f32) -> Paint {
+    var paint: Paint;
+    let wave = sample_wave(point);
+    if !wave.defined {
+        return paint;
+    }
+    let stripe = tensor_at(point, wave, world_position);
+    paint.defined = true;
+    paint.layer = stripe.layer * limited(tensor.focus, stripe.focus, FOCUS_COLOR);
+    paint.emissive = paint.layer.rgb * tensor.emissive;
+    paint.solid = stripe.solid;
+    paint.periods = stripe.periods;
+    return paint;
 }

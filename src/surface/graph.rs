@@ -4,7 +4,7 @@
 //! [`surface`](crate::surface); here they are put together.
 
 use super::{
-    adjacency::Adjacency,
+    adjacency::{Adjacency, triangles_across},
     coloring::SolverOrder,
     geometry::{double_area, normals_and_areas},
     levels::coarsen,
@@ -31,11 +31,17 @@ pub struct SurfaceGraph {
     pub areas: Vec<f32>,
     /// The three graph vertices of each drawn triangle, in drawing order, degenerate ones included.
     pub triangles: Vec<[u32; 3]>,
+    /// The triangle across each edge of each triangle, edge c being that from corner c to the next; [`NO_TRIANGLE`] at a
+    /// border, and where more than two triangles share the edge.
+    pub triangles_across: Vec<[u32; 3]>,
     /// The graph vertex of each vertex of the mesh. Every mesh vertex has one (unused ones are isolated vertices).
     pub vertex_of: Vec<u32>,
     /// The hierarchy, finest first. The last level has one node per connected component.
     pub levels: Vec<Level>,
 }
+
+/// In place of a triangle where there is none.
+pub const NO_TRIANGLE: u32 = u32::MAX;
 
 /// One level of the hierarchy: a graph in CSR form, its colours, and how it aggregates into the next coarser level.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -125,12 +131,14 @@ impl SurfaceGraph {
         let triangles = renamed(&triangles_welded, &rank);
         let vertex_of = weld.vertex_of.iter().map(|&v| rank[v as usize]).collect();
         let (normals, areas) = normals_and_areas(&positions, &triangles);
+        let triangles_across = triangles_across(&triangles, positions.len());
         let levels = coarsen(finest, &positions, &areas);
         Ok(Self {
             positions,
             normals,
             areas,
             triangles,
+            triangles_across,
             vertex_of,
             levels,
         })

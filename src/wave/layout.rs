@@ -47,7 +47,9 @@ pub struct PatternRecord {
     pub flags: u32,
     /// Number of levels; their [`LevelRecord`]s follow this record.
     pub levels: u32,
-    /// `surface[triangle_base + 3 t + c]` is the vertex at corner c of triangle t.
+    /// `surface[triangle_base + 3 t + c]` is the vertex at corner c of triangle t. Behind these,
+    /// `surface[triangle_base + 3 * triangles + 3 t + c]` is the triangle across the edge from corner c to the next,
+    /// [`NO_TRIANGLE`](crate::surface::NO_TRIANGLE) at borders.
     pub triangle_base: u32,
     /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, id); the id is the bits of a u32, the vertex's number in the mesh.
     pub geometry_base: u32,

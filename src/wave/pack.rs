@@ -46,7 +46,8 @@ pub(crate) fn geometry(graph: &SurfaceGraph, positions: &[Vec3], normals: &[Vec3
 impl PackedGraph {
     /// Writes a graph into the shared buffers.
     pub(crate) fn new(graph: &SurfaceGraph, arena: &mut PatternArena) -> Result<Self, PatternError> {
-        let mut words: Vec<u32> = graph.triangles.iter().flatten().copied().collect();
+        let lists = [&graph.triangles, &graph.triangles_across];
+        let mut words: Vec<u32> = lists.into_iter().flatten().flatten().copied().collect();
         let mut levels: Vec<PackedLevel> = graph
             .levels
             .iter()

@@ -115,7 +115,7 @@ pub fn ink_is_the_share_of_the_tone(scene: &mut Scene) {
         woven_plane(8.0, Waves::Cross, |v| v % 4),
     ]
     .map(|pattern| scene.memory.push(&pattern));
-    scene.refresh();
+    scene.upload();
     for tag in tags {
         for share in [0.1, 0.3, 0.5, 0.7] {
             for hand in [HatchHand::STEADY, HatchHand::default()] {
@@ -205,7 +205,7 @@ pub fn quarter_turns_leave_no_seams(scene: &mut Scene) {
         turned(Waves::Orthogonal { ratio: 1.0 }),
     ]
     .map(|pattern| scene.memory.push(&pattern));
-    scene.refresh();
+    scene.upload();
     let lens = square_on(128);
     let compare = |pictures: [Picture; 3], what: &str| {
         pictures[0].save(&format!("woven {what}"));
@@ -241,7 +241,7 @@ pub fn stripes_of_two_waves(scene: &mut Scene) {
     let pattern = woven_plane(3.0, Waves::Orthogonal { ratio: 0.5 }, |_| 0);
     let mesh = scene.stage.add(pattern.mesh());
     let tag = scene.memory.push(&pattern);
-    scene.refresh();
+    scene.upload();
     let [first, second, both] = [StripeWaves::First, StripeWaves::Second, StripeWaves::Both].map(|waves| {
         let material = scene.stage.add(crate::unlit(Stripes {
             duty: 0.4,
@@ -286,7 +286,7 @@ pub fn line_fields_have_no_seams(scene: &mut Scene) {
         wrong.z[v] = reversed(wrong.z[v]);
     }
     let tags = [base, turned, wrong].map(|pattern| scene.memory.push(&pattern));
-    scene.refresh();
+    scene.upload();
     let mesh = scene.torus_mesh.clone();
     let pictures = tags.map(|tag| {
         let style = Hatch {
@@ -311,7 +311,7 @@ pub fn tones_come_from_light_and_distance(scene: &mut Scene) {
     let pattern = Pattern::plane(2.0, 8, Vec3::X, 8.0);
     let mesh = scene.stage.add(pattern.mesh());
     let tag = scene.memory.push(&pattern);
-    scene.refresh();
+    scene.upload();
     let lens = square_on(128);
     let mut means = vec![];
     for height in [1.0, 4.0] {
@@ -365,16 +365,16 @@ pub fn tones_come_from_light_and_distance(scene: &mut Scene) {
 /// Scalars of the pattern make tones.
 pub fn tones_come_from_scalars(scene: &mut Scene) {
     let mut pattern = Pattern::plane(2.0, 8, Vec3::X, 8.0);
-    pattern.scalars = Some(pattern.positions.iter().map(|p| Vec2::new(p.y, 3.0)).collect());
+    pattern.scalars = pattern.positions.iter().map(|p| Vec2::new(p.y, 3.0)).collect();
     let mesh = scene.stage.add(pattern.mesh());
     let tag = scene.memory.push(&pattern);
-    scene.refresh();
-    let tone = |channel| HatchTone::Scalar {
-        channel,
+    scene.upload();
+    let tone = |scalar| HatchTone::Scalar {
+        scalar,
         light: 1.0,
         dark: -1.0,
     };
-    let picture = draw(scene, &mesh, tag, hatch(tone(0)), square_on(128));
+    let picture = draw(scene, &mesh, tag, hatch(tone(ScalarChannel::First)), square_on(128));
     picture.save("hatch scalar");
     let row = |y: usize| (0..128).map(|x| 1.0 - picture.at(x, y).x).sum::<f32>() / 128.0;
     for (y, height) in [(20, 0.68), (64, 0.0), (108, -0.68)] {
@@ -386,7 +386,7 @@ pub fn tones_come_from_scalars(scene: &mut Scene) {
             "{found} instead of {expected} at {height}"
         );
     }
-    let constant = draw(scene, &mesh, tag, hatch(tone(1)), square_on(64));
+    let constant = draw(scene, &mesh, tag, hatch(tone(ScalarChannel::Second)), square_on(64));
     assert!(constant.mean().x > 0.99, "3 is beyond the lightest value");
 }
 
@@ -395,7 +395,7 @@ pub fn outlines_are_of_constant_width(scene: &mut Scene) {
     let ball = Pattern::ball(48, Vec3::Y, 6.0);
     let mesh = scene.stage.add(ball.mesh());
     let tag = scene.memory.push(&ball);
-    scene.refresh();
+    scene.upload();
     for (size, width) in [(2.6, 2.0), (5.0, 2.0), (2.6, 4.0)] {
         for (dash, along) in [
             (0.0, DashAlong::Position),

@@ -9,6 +9,7 @@ mod smooth;
 mod stage;
 mod styles;
 mod tensor;
+mod textures;
 
 use bevy::{mesh::MeshTag, prelude::*};
 use bevy_field_patterns::{
@@ -43,6 +44,7 @@ impl Scene {
     fn new() -> Self {
         let mut stage = Stage::new((
             StripeMaterialPlugin,
+            PatternTexturePlugin,
             HatchMaterialPlugin,
             TensorMaterialPlugin,
             MaterialPlugin::<Probe>::default(),
@@ -83,8 +85,8 @@ impl Scene {
 }
 
 impl Scene {
-    /// Sends patterns that were added, and tells that buffers are new.
-    fn refresh(&mut self) {
+    /// Sends patterns that were added.
+    fn upload(&mut self) {
         self.memory.upload(&mut self.stage.app);
         self.stage.app.world_mut().resource_mut::<BufferGeneration>().0 += 1;
     }
@@ -147,6 +149,17 @@ fn materials() {
     styles::debug_styles_draw(&mut scene);
     grown_buffers_are_seen(&mut scene);
     styles::gallery(&mut scene);
+}
+
+#[test]
+fn pattern_textures() {
+    let mut scene = Scene::new();
+    textures::styles_say_what_they_need();
+    textures::images_lie_on_the_waves(&mut scene);
+    textures::scalars_choose_looks(&mut scene);
+    textures::cells_show_one_tile(&mut scene);
+    textures::periods_have_no_seams(&mut scene);
+    textures::every_pass_draws(&mut scene);
 }
 
 #[test]
@@ -419,7 +432,7 @@ fn grown_buffers_are_seen(scene: &mut Scene) {
     let lens = square_on(32);
     let before = scene.stage.picture(lens);
     let added = scene.memory.push(&Pattern::plane(2.0, 4, Vec3::Y, 3.0));
-    scene.refresh();
+    scene.upload();
     scene.stage.app.world_mut().entity_mut(body).insert(MeshTag(added));
     let after = scene.stage.picture(lens);
     scene.stage.clear([body]);

@@ -48,9 +48,9 @@ pub fn torus(scene: &mut Scene) -> (Handle<Mesh>, u32) {
         .positions
         .iter()
         .map(|p| Vec2::new(0.5 + 0.5 * (3.0 * p.x).sin(), 0.5 + 0.5 * (2.0 * p.z).cos()));
-    torus.scalars = Some(values.collect());
+    torus.scalars = values.collect();
     let tag = scene.memory.push(&torus);
-    scene.refresh();
+    scene.upload();
     (scene.torus_mesh.clone(), tag)
 }
 
@@ -67,10 +67,10 @@ pub fn values_are_colours_and_widths(scene: &mut Scene) {
     let mut plane = Pattern::plane(2.0, 8, Vec3::X, 2.0);
     // 0 below to 1 above, and the other way round.
     let values = plane.positions.iter().map(|p| 0.5 + 0.5 * p.y);
-    plane.scalars = Some(values.map(|t| Vec2::new(t, 0.4 - 0.4 * t)).collect());
+    plane.scalars = values.map(|t| Vec2::new(t, 0.4 - 0.4 * t)).collect();
     let mesh = scene.stage.add(plane.mesh());
     let tag = scene.memory.push(&plane);
-    scene.refresh();
+    scene.upload();
     let lens = square_on(128);
     let style = Tensor {
         line_width: 0.0,
@@ -124,11 +124,11 @@ pub fn turns_and_holes(scene: &mut Scene) {
         woven_plane(3.0, Waves::Orthogonal { ratio: 1.0 }, |v| v * 7 % 4),
     ];
     for pattern in &mut patterns {
-        pattern.scalars = Some(pattern.positions.iter().map(|p| Vec2::new(p.x, 0.5)).collect());
+        pattern.scalars = pattern.positions.iter().map(|p| Vec2::new(p.x, 0.5)).collect();
     }
     let mesh = scene.stage.add(patterns[0].mesh());
     let tags = patterns.map(|pattern| scene.memory.push(&pattern));
-    scene.refresh();
+    scene.upload();
     let pictures = tags.map(|tag| draw(scene, &mesh, tag, style(), square_on(128)));
     pictures[0].save("tensor woven");
     assert!(pictures[0].max_difference(&pictures[1]) < 2e-3);

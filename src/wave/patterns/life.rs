@@ -70,11 +70,14 @@ pub(super) fn update_pattern(
         (_, None) => item.field.default_symmetry(),
     };
     let coupling = Coupling { waves, symmetry };
-    if let (Some(style), Symmetry::Line) = (item.needs_vector, symmetry) {
-        return Err(PatternError::NeedsVectorSymmetry(style.0));
+    if let Some(needs) = item.needs {
+        needs.check(coupling)?;
     }
     // What a style refused starts anew once the style or the field allows it.
-    let refused = matches!(&*item.state, PatternState::Failed(PatternError::NeedsVectorSymmetry(_)));
+    let refused = matches!(
+        &*item.state,
+        PatternState::Failed(PatternError::NeedsVectorSymmetry(_) | PatternError::NeedsTwoWaves(_))
+    );
     let fresh = fresh || refused;
     let touched = item.mesh.is_changed()
         || item.field.is_changed()

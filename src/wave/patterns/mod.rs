@@ -18,7 +18,7 @@ use super::{
     pack::{PackedGraph, PatternRanges},
     plan::{Member, Work, plan},
     settings::{ColdStart, ValidSettings},
-    state::{NeedsVector, PatternReady, PatternState},
+    state::{PatternReady, PatternState, StyleNeeds},
     status::GpuStatus,
     waves::{Coupling, Waves},
 };
@@ -129,7 +129,7 @@ pub(crate) struct Patterned {
     space: Option<Ref<'static, PatternSpace>>,
     transform: Option<&'static GlobalTransform>,
     tag: Option<&'static MeshTag>,
-    needs_vector: Option<&'static NeedsVector>,
+    needs: Option<&'static StyleNeeds>,
     meshes: Option<&'static PatternMesh>,
     pattern: Option<&'static mut Pattern>,
     state: &'static mut PatternState,

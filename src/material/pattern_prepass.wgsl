@@ -1,5 +1,5 @@
-// Stripes in shadow maps and in the depth, normal and motion vector prepasses: the steps of Bevy's `pbr_prepass.wgsl`, with
-// the holes of a cut-out and the normals of a bump.
+// A style of waves in shadow maps and in the depth, normal and motion vector prepasses: the steps of Bevy's
+// `pbr_prepass.wgsl`, with the holes of a cut-out and the normals of a bump.
 
 #import bevy_render::globals::Globals
 #import bevy_pbr::{
@@ -9,10 +9,21 @@
     prepass_io::VertexOutput,
 }
 #import bevy_field_patterns::bump::bumped_normal
-#import bevy_field_patterns::cutout::cut_out_prepass
-#import bevy_field_patterns::focus::{FOCUS_COLOR, limited}
-#import bevy_field_patterns::stripe_style::{Stripe, stripes, stripe_at}
-#import bevy_field_patterns::wave::{PatternPoint, pattern_point, sample_wave}
+#import bevy_field_patterns::paint::{Paint, cut_out_prepass}
+#import bevy_field_patterns::wave::pattern_point
+
+#ifdef PATTERN_STRIPES
+#import bevy_field_patterns::stripe_style::paint_pattern
+#endif
+#ifdef PATTERN_TEXTURE
+#import bevy_field_patterns::texture_style::paint_pattern
+#endif
+#ifdef PATTERN_TENSOR
+#import bevy_field_patterns::tensor_style::paint_pattern
+#endif
+#ifdef PATTERN_HATCH
+#import bevy_field_patterns::hatch_style::paint_pattern
+#endif
 
 #ifdef PREPASS_FRAGMENT
 #import bevy_pbr::prepass_io::FragmentOutput
@@ -24,9 +35,9 @@
 
 @group(0) @binding(1) var<uniform> globals: Globals;
 
-fn cut_out(stripe: Stripe, frag_coord: vec4<f32>) {
-#ifdef STRIPES_CUTOUT
-    cut_out_prepass(pbr_bindings::material.flags, stripe.solid, stripe.periods, frag_coord);
+fn cut_out(paint: Paint, frag_coord: vec4<f32>) {
+#ifdef PATTERN_CUTOUT
+    cut_out_prepass(paint, pbr_bindings::material.flags, frag_coord);
 #endif
 }
 
@@ -51,13 +62,12 @@ fn fragment(
 #ifdef NORMAL_PREPASS
     normal = prepass_normal(in, is_front);
 #endif
-    let wave = sample_wave(point);
-    if wave.defined {
-        let stripe = stripe_at(point, wave, in.world_position.xyz, globals.time);
-        cut_out(stripe, in.position);
-#ifdef STRIPES_BUMP
-        let slope = stripe.slope * limited(stripes.focus, stripe.focus, FOCUS_COLOR) * stripes.drive.w;
-        normal = bumped_normal(normal, position_dx, position_dy, slope);
+
+    let paint = paint_pattern(point, in.world_position.xyz, globals.time);
+    if paint.defined {
+        cut_out(paint, in.position);
+#ifdef PATTERN_BUMP
+        normal = bumped_normal(normal, position_dx, position_dy, paint.slope);
 #endif
     }
     return prepass_output(in, normal);
@@ -71,10 +81,10 @@ fn fragment(
 ) {
     let point = pattern_point(pattern, barycentrics);
     pbr_prepass_functions::prepass_alpha_discard(in);
-#ifdef STRIPES_CUTOUT
-    let wave = sample_wave(point);
-    if wave.defined {
-        cut_out(stripe_at(point, wave, in.world_position.xyz, globals.time), in.position);
+#ifdef PATTERN_CUTOUT
+    let paint = paint_pattern(point, in.world_position.xyz, globals.time);
+    if paint.defined {
+        cut_out(paint, in.position);
     }
 #endif
 }
