@@ -7,11 +7,11 @@ const SHARES: [f32; 8] = [0.01, 0.08, 0.2, 0.35, 0.5, 0.66, 0.8, 1.0];
 const FINE: Vec2 = Vec2::splat(1e-3);
 
 fn positions() -> impl Iterator<Item = f32> {
-    (0..997).map(|k| (k as f32 + 0.5) / 997.0 - 0.5)
+    (0..499).map(|k| (k as f32 + 0.5) / 499.0 - 0.5)
 }
 
 fn mean(of: impl Fn(f32) -> f32) -> f32 {
-    positions().map(of).sum::<f32>() / 997.0
+    positions().map(of).sum::<f32>() / 499.0
 }
 
 #[test]
@@ -21,8 +21,10 @@ fn ink_covers_the_share_of_a_tone() {
             for softness in [0.0, 0.7] {
                 for w in [FINE, Vec2::new(0.1, 0.03), Vec2::new(0.7, 0.5)] {
                     let found = mean(|x| stroke_coverage(x, share, octaves, softness, w));
+                    // Soft edges that meet are ink only once.
+                    let met = (share * (1.0 + softness) - 1.0).max(0.0);
                     assert!(
-                        (found - share).abs() < 0.012,
+                        found - share < 0.01 && share - found < 0.01 + 0.1 * met,
                         "{found} of {share} at {octaves} octaves, softness {softness}, {w}"
                     );
                 }
@@ -36,13 +38,13 @@ fn lost(width: f32, density: f32, zoom: f32, softness: f32, w: Vec2) -> f32 {
     let ink = |x, share: f32| {
         let octaves = (zoom + density * (share / width).log2()).clamp(0.0, MAX_OCTAVES);
         if density <= 1.0 {
-            assert_eq!(octaves, octaves_of(share, width, density, zoom));
+            assert_eq!(octaves, octaves_of(share, width, density, zoom, MAX_OCTAVES));
         }
         stroke_coverage(x, share, octaves, softness, w)
     };
-    let shares = (1..=60).map(|k| k as f32 / 60.0);
+    let shares = (1..=40).map(|k| k as f32 / 40.0);
     shares
-        .flat_map(|share| positions().map(move |x| ink(x, share - 1.0 / 120.0) - ink(x, share)))
+        .flat_map(|share| positions().map(move |x| ink(x, share - 1.0 / 80.0) - ink(x, share)))
         .fold(0.0, f32::max)
 }
 

@@ -17,17 +17,19 @@ use crate::wave::{
 };
 use bevy::{
     asset::{AssetEventSystems, embedded_asset},
-    ecs::system::SystemParamItem,
+    ecs::system::{SystemParamItem, lifetimeless::SRes},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline, MaterialPlugin},
     prelude::*,
     render::{
+        render_asset::RenderAssets,
         render_resource::{
             AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, RenderPipelineDescriptor, ShaderType,
             SpecializedMeshPipelineError, UnpreparedBindGroup,
         },
         renderer::RenderDevice,
-        storage::ShaderBuffer,
+        storage::{GpuShaderBuffer, ShaderBuffer},
+        texture::{FallbackImage, GpuImage},
     },
     shader::ShaderRef,
 };
@@ -155,7 +157,11 @@ pub struct HatchKey {
 
 impl AsBindGroup for Hatch {
     type Data = HatchKey;
-    type Param = <HatchBinding as AsBindGroup>::Param;
+    type Param = (
+        SRes<RenderAssets<GpuImage>>,
+        SRes<FallbackImage>,
+        SRes<RenderAssets<GpuShaderBuffer>>,
+    );
 
     fn label() -> &'static str {
         "hatch"

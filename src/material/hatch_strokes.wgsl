@@ -7,13 +7,19 @@
 // octaves  how often the number of strokes per period has doubled, not whole while new strokes grow
 // w        how far the phase moves along the pixel's two sides                 [periods/pixel]
 
-#import bevy_field_patterns::coverage::{pulse_coverage, soft_width}
+#import bevy_field_patterns::coverage::pulse_coverage
 
 const MAX_OCTAVES: f32 = 8.0;
 
-// `zoom` doublings at the tone `width`; `density` more with each doubling of the tone.
-fn octaves_of(share: f32, width: f32, density: f32, zoom: f32) -> f32 {
-    return clamp(zoom + density * log2(max(share, 1e-4) / width), 0.0, MAX_OCTAVES);
+// `zoom` doublings at the tone `width`; `density` more with each doubling of the tone; not above `most`.
+fn octaves_of(share: f32, width: f32, density: f32, zoom: f32, most: f32) -> f32 {
+    return clamp(zoom + density * log2(max(share, 1e-4) / width), 0.0, clamp(most, 0.0, MAX_OCTAVES));
+}
+
+// One stroke per unit of x, as wide as `width`; softer the wider it is, so that it covers all of any thinner one.
+fn stroke(x: f32, width: f32, softness: f32, w: vec2<f32>) -> f32 {
+    let soft = 0.5 * softness * width;
+    return pulse_coverage(x, width, sqrt(soft * soft + w * w)).value;
 }
 
 // Share of the pixel that is ink. Strokes lie on the multiples of 1/2^n of a period; those that grow, halfway between.
@@ -21,13 +27,10 @@ fn stroke_coverage(x: f32, share: f32, octaves: f32, softness: f32, w: vec2<f32>
     let whole = floor(octaves);
     let many = exp2(whole);
     // Of the distance between strokes.
-    let old = share * exp2(whole - octaves);
-    let new = share - old;
+    let grown = share * exp2(whole - octaves);
+    let growing = share - grown;
     let at = x * many;
-    let footprint = w * many;
-    let drawn = pulse_coverage(at, old, soft_width(softness, old, footprint)).value;
-    let growing = pulse_coverage(at + 0.5, new, soft_width(softness, new, footprint)).value;
-    return clamp(drawn + growing, 0.0, 1.0);
+    return clamp(stroke(at, grown, softness, w * many) + stroke(at + 0.5, growing, softness, w * many), 0.0, 1.0);
 }
 
 // Shares of two families of strokes that cross, which together are ink over `share` of the area: the second sets in at

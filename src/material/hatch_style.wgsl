@@ -25,8 +25,15 @@ const TONE_SCALAR_1: u32 = 3u;
 const TONE_CAMERA: u32 = 4u;
 const TONE_POINT: u32 = 5u;
 
-// Waves of the hand's noise per distance between strokes.
-const HAND_FREQUENCY: f32 = 0.45;
+// Waves of the hand's noise per distance between strokes, in a frame that no mesh is aligned with.
+const HAND_FREQUENCY: f32 = 0.4;
+const HAND_FRAME = mat3x3(
+    vec3(0.684, 0.513, -0.519),
+    vec3(-0.303, 0.848, 0.435),
+    vec3(0.663, -0.140, 0.735),
+);
+// Strokes are not closer than this [pixels].
+const CLOSEST: f32 = 3.0;
 
 struct Hatch {
     ink: vec4<f32>,
@@ -64,6 +71,12 @@ struct Drawing {
     solid: f32,
     periods: f32,
     focus: f32,
+}
+
+// Doublings that the distance of the view asks for, and those that it allows.
+struct Zoom {
+    octaves: f32,
+    most: f32,
 }
 
 // What the hand adds, tied to the surface.
@@ -124,34 +137,32 @@ fn hand_at(wave: Wave, zoom: f32) -> Hand {
     let octave = log2(max(wave.frequency, 1e-20)) + zoom;
     let whole = floor(octave);
     let t = octave - whole;
-    let p = HAND_FREQUENCY * exp2(whole) * wave.position;
+    let p = HAND_FREQUENCY * exp2(whole) * (HAND_FRAME * wave.position);
     let blend = mix(smooth_noise(p), smooth_noise(2.0 * p), t) / sqrt(1.0 - 2.0 * t * (1.0 - t));
     // Too fine to be seen: its mean.
     let seen = 1.0 - smoothstep(0.3, 1.0, wave.footprint * exp2(zoom));
-    let noise = seen * clamp(1.5 * blend, vec4(-1.0), vec4(1.0));
+    let noise = seen * clamp(blend, vec4(-1.0), vec4(1.0));
     return Hand(
         1.0 + hatch.hand.x * noise.w,
-        hatch.hand.y * (noise.x + noise.y),
+        hatch.hand.y * noise.x,
         hatch.hand.z * noise.xyz,
         1.0 - hatch.origin.w * (0.5 + 0.5 * noise.z),
     );
 }
 
-fn zoom_at(wave: Wave, place: Place) -> f32 {
-    if hatch.strokes.z <= 0.0 {
-        return 0.0;
-    }
-    let periods = wave.frequency * place.rest_scale * pixel_size(place.world);
-    return max(0.0, -log2(max(periods * hatch.strokes.z, 1e-20)));
+fn zoom_at(wave: Wave, place: Place) -> Zoom {
+    let periods = max(wave.frequency * place.rest_scale * pixel_size(place.world), 1e-20);
+    let asked = select(0.0, max(0.0, -log2(periods * max(hatch.strokes.z, 1e-3))), hatch.strokes.z > 0.0);
+    return Zoom(asked, max(asked, -log2(periods * CLOSEST)));
 }
 
 // One family of strokes.
-fn strokes_of(wave: Wave, share: f32, zoom: f32, hand: Hand) -> f32 {
+fn strokes_of(wave: Wave, share: f32, zoom: Zoom, hand: Hand) -> f32 {
     if share <= 0.0 {
         return 0.0;
     }
     let asked = clamp(share * hand.share, 0.0, 1.0);
-    let octaves = octaves_of(asked, hatch.strokes.x, hatch.strokes.y, zoom + hand.octaves);
+    let octaves = octaves_of(asked, hatch.strokes.x, hatch.strokes.y, zoom.octaves + hand.octaves, zoom.most);
     let x = atan2(wave.phasor.y, wave.phasor.x) / TAU - 0.25 + dot(hand.wobble, wave.direction);
     let drawn = stroke_coverage(x, asked * tapered(wave), octaves, hatch.hand.w, hatch.filter_width * wave.sides);
     // At a branch the phase means nothing.
@@ -174,9 +185,9 @@ struct Crossed {
 // All families at a tone.
 fn ink_at(point: PatternPoint, first: Wave, place: Place, share: f32) -> Crossed {
     let zoom = zoom_at(first, place);
-    let hand = hand_at(first, zoom);
+    let hand = hand_at(first, zoom.octaves);
     let asked = min(share / (1.0 - 0.5 * hatch.origin.w), 1.0);
-    let periods = hatch.filter_width * first.footprint * exp2(zoom);
+    let periods = hatch.filter_width * first.footprint * exp2(zoom.octaves);
     let frame = pattern_frame(point);
     if frame.pieces == 0u {
         return Crossed(strokes_of(first, asked, zoom, hand), hand.opacity, periods);

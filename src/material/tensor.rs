@@ -16,17 +16,19 @@ use crate::wave::{
     layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER},
 };
 use bevy::{
-    ecs::system::SystemParamItem,
+    ecs::system::{SystemParamItem, lifetimeless::SRes},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline, MaterialPlugin},
     prelude::*,
     render::{
+        render_asset::RenderAssets,
         render_resource::{
             AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, RenderPipelineDescriptor, ShaderType,
             SpecializedMeshPipelineError, UnpreparedBindGroup,
         },
         renderer::RenderDevice,
-        storage::ShaderBuffer,
+        storage::{GpuShaderBuffer, ShaderBuffer},
+        texture::{FallbackImage, GpuImage},
     },
     shader::ShaderRef,
 };
@@ -258,7 +260,11 @@ pub struct TensorKey {
 
 impl AsBindGroup for Tensor {
     type Data = TensorKey;
-    type Param = <TensorBinding as AsBindGroup>::Param;
+    type Param = (
+        SRes<RenderAssets<GpuImage>>,
+        SRes<FallbackImage>,
+        SRes<RenderAssets<GpuShaderBuffer>>,
+    );
 
     fn label() -> &'static str {
         "tensor"
