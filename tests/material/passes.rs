@@ -34,7 +34,7 @@ pub fn every_pass_draws(scene: &mut Scene) {
         ..default()
     };
     for (name, stripes) in [("colour", black), ("bump", bump), ("cut-out", cutout)] {
-        alike_in_every_pass(scene, name, scene.line, stripes);
+        alike_in_every_pass(scene, name, scene.line, stripes, torus_view(96, 64));
     }
     let mesh = scene.torus_mesh.clone();
     let lens = torus_view(96, 64);
@@ -59,8 +59,7 @@ pub fn every_pass_draws(scene: &mut Scene) {
 }
 
 /// Draws a style in every way and compares what is seen with the plain forward pass.
-pub fn alike_in_every_pass<S: MaterialExtension>(scene: &mut Scene, name: &str, tag: u32, extension: S) {
-    let lens = torus_view(96, 64);
+pub fn alike_in_every_pass<S: MaterialExtension>(scene: &mut Scene, name: &str, tag: u32, extension: S, lens: Lens) {
     let base = StandardMaterial {
         base_color: Color::WHITE,
         perceptual_roughness: 0.9,
