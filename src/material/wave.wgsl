@@ -17,8 +17,8 @@
 //
 // Do not import a function under the name of a field (`kite::phasor` and `wave.phasor`): naga_oil replaces both.
 
-#import bevy_field_patterns::layout::{FLAG_READY, FLAG_VECTOR}
-#import bevy_field_patterns::triangle_wave::{Corners, Wave, wave_in_triangle}
+#import bevy_field_patterns::layout::{FLAG_DISCS, FLAG_READY, FLAG_VECTOR}
+#import bevy_field_patterns::triangle_wave::{Corners, Wave, spread_disc, wave_in_triangle}
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(100) var<storage, read> surface: array<u32>;
 @group(#{MATERIAL_BIND_GROUP}) @binding(101) var<storage, read> geometry: array<vec4<f32>>;
@@ -88,6 +88,10 @@ fn load_corners(point: PatternPoint) -> Corners {
         corners.direction[m] = vec3(waves[field_base + 2u * vertex], zf.x);
         corners.frequency[m] = zf.y;
         corners.z[m] = waves[phasor_base + vertex];
+    }
+    if (surface[point.tag + 2u] & FLAG_DISCS) != 0u {
+        let axes = geometry_base + 2u * surface[point.tag] + 2u * surface[triangle];
+        corners = spread_disc(corners, point.triangle, geometry[axes].xyz, geometry[axes + 1u].xyz);
     }
     return corners;
 }

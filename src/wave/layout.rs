@@ -3,7 +3,7 @@
 //! | buffer | element | what it holds |
 //! |---|---|---|
 //! | surface | `u32` | records of entities; triangles, neighbours, hierarchy of graphs |
-//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id) |
+//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id); of a point cloud two more |
 //! | wave | `vec2<f32>` | per entity: d and f of each vertex, phasors of every level |
 //! | edges | `vec2<f32>` | per entity, solver only: weight of each directed edge of every level |
 //! | balance | `f32` | per entity, solver only: one number per node of every level |
@@ -31,6 +31,8 @@ pub const FLAG_AXIS: u32 = 4;
 /// The directions follow those of the frame before: on a line field each keeps the sign nearest to its last one, to which
 /// its phasor refers.
 pub const FLAG_FOLLOW: u32 = 8;
+/// A point cloud: triangles 2 p and 2 p + 1 are the square of one vertex, whose half axes follow the vertices' geometry.
+pub const FLAG_DISCS: u32 = 256;
 
 /// What the GPU knows of one patterned entity. The entity's `MeshTag` is the record's word offset in the surface
 /// buffer; 0 is a record of zeros and means "no pattern".
@@ -47,7 +49,9 @@ pub struct PatternRecord {
     pub levels: u32,
     /// `surface[triangle_base + 3 t + c]` is the vertex at corner c of triangle t.
     pub triangle_base: u32,
-    /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, id); the id is the bits of a u32, the vertex's number in the mesh.
+    /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, id); the id is the bits of a
+    /// u32, the vertex's number in the mesh. With [`FLAG_DISCS`], `geometry[geometry_base + 2 vertices + 2 v]` and the
+    /// next one are the half axes of its square.
     pub geometry_base: u32,
     /// `wave[field_base + 2 v]` is (d.x, d.y) of vertex v, the next one (d.z, f).
     pub field_base: u32,

@@ -12,6 +12,7 @@
 //! and in the render world, before the first camera: upload and dispatch.
 
 mod arena;
+mod carry;
 mod frame;
 mod hierarchy;
 pub mod kite;
@@ -33,6 +34,7 @@ mod status;
 
 pub use crate::{arena::PatternMemory, surface::PatternMesh};
 pub use arena::PatternArena;
+pub use carry::{CarriedWave, carry_wave};
 pub use patterns::Pattern;
 pub use quality::{Quality, quality};
 pub(crate) use shaders::WaveShaderPlugin;
