@@ -11,9 +11,10 @@ use bevy_field_patterns::{
         kite::{cmul, edge_phase, phasor, reversed},
         quality,
         solver::{
-            ColdStart, Edges, LocalRule, Relaxation, SolverSettings, align, coarsen, edges, energy, hash_turns,
+            Child, ColdStart, Edges, LocalRule, Relaxation, SolverSettings, align, coarsen, edges, energy, hash_turns,
             normalize_or, prolong, solve_cpu, sweep,
         },
+        {Coupling, Waves},
     },
 };
 use common::{mesh_file::RawMesh, shapes};
@@ -275,10 +276,12 @@ fn solving_survives_what_has_no_answer() {
 
 /// How well the phasors agree with what they see: the energy is Σw minus this.
 fn coherence(level: &Level, edges: &Edges, z: &[Vec2]) -> f64 {
-    let of_edge = |i: usize, k: usize| f64::from(z[i].dot(edges.seen(k, z[level.neighbors[k] as usize])));
-    (0..level.len())
-        .flat_map(|i| level.edges(i).map(move |k| (i, k)))
-        .map(|(i, k)| of_edge(i, k))
+    let waves = edges.waves();
+    (0..waves * level.len())
+        .map(|node| {
+            let seen = edges.seen_sum(level, node / waves, node % waves, |source| z[source]);
+            f64::from(z[node].dot(seen))
+        })
         .sum()
 }
 
@@ -288,32 +291,40 @@ fn coarse_energy_is_the_fine_energy() {
     let raw = shapes::torus(60, 30, 1.0, 0.4, 0.25, 6);
     let graph = graph_of(&raw);
     let d = field_of(&graph, &raw, &DirectionField::Axis(Dir3::Y), Symmetry::Vector);
-    let (fine, _) = edges(&graph, &d, &vec![5.0; graph.len()], Symmetry::Vector);
-    let [level, coarse, ..] = &graph.levels[..] else {
-        panic!("two levels at least");
-    };
-    let (mut z, mut sigma) = (vec![Vec2::X; level.len()], vec![1.0; level.len()]);
-    align(level, &fine, &mut z, &mut sigma);
-    assert!(
-        sigma.iter().all(|&sigma| sigma == 1.0),
-        "nothing flips on a vector field"
-    );
-    let ab = coarsen(level, &fine, &z, &sigma, coarse);
-    let one = vec![Vec2::X; coarse.len()];
-    let (fine_before, coarse_before) = (coherence(level, &fine, &z), coherence(coarse, &ab, &one));
-    for seed in 0..5 {
-        let y: Vec<Vec2> = (0..coarse.len() as u32)
-            .map(|p| phasor(hash_turns(p * 5 + seed)))
-            .collect();
-        let mut rotated = z.clone();
-        prolong(level, &y, &sigma, &mut rotated);
-        let fine_change = coherence(level, &fine, &rotated) - fine_before;
-        let coarse_change = coherence(coarse, &ab, &y) - coarse_before;
+    for waves in [Waves::Single, Waves::Orthogonal { ratio: 1.5 }] {
+        let coupling = Coupling {
+            waves,
+            symmetry: Symmetry::Vector,
+        };
+        let (fine, _) = edges(&graph, &d, &vec![5.0; graph.len()], coupling);
+        let [level, coarse, ..] = &graph.levels[..] else {
+            panic!("two levels at least");
+        };
+        let nodes = waves.count() * level.len();
+        let (mut z, mut children) = (vec![Vec2::X; nodes], vec![Child::default(); nodes]);
+        align(level, &fine, &mut z, &mut children);
         assert!(
-            (fine_change - coarse_change).abs() < 1e-5 * fine_before,
-            "{fine_change} {coarse_change}"
+            children.iter().all(|&child| child == Child::default()),
+            "nothing flips on a vector field"
         );
-        assert!(coarse_change.abs() > 1e-3 * fine_before, "the comparison can fail");
+        let ab = coarsen(level, &fine, &z, &children, coarse);
+        let coarse_nodes = waves.count() * coarse.len();
+        let one = vec![Vec2::X; coarse_nodes];
+        let (fine_before, coarse_before) = (coherence(level, &fine, &z), coherence(coarse, &ab, &one));
+        for seed in 0..5 {
+            let y: Vec<Vec2> = (0..coarse_nodes as u32)
+                .map(|p| phasor(hash_turns(p * 5 + seed)))
+                .collect();
+            let mut rotated = z.clone();
+            prolong(level, &y, &children, &mut rotated);
+            let fine_change = coherence(level, &fine, &rotated) - fine_before;
+            let coarse_change = coherence(coarse, &ab, &y) - coarse_before;
+            assert!(
+                (fine_change - coarse_change).abs() < 1e-5 * fine_before,
+                "{fine_change} {coarse_change}"
+            );
+            assert!(coarse_change.abs() > 1e-3 * fine_before, "the comparison can fail");
+        }
     }
 }
 

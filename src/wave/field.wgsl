@@ -1,7 +1,7 @@
 // The field passes: directions of an entity, projected from its axis (the twin of `tangent.rs`) or given by the processor.
 // Glossary in `passes.wgsl`.
 
-#import bevy_field_patterns::layout::{FLAG_VECTOR, FLAG_FOLLOW}
+#import bevy_field_patterns::layout::{FLAG_CROSS, FLAG_FOLLOW, FLAG_VECTOR}
 #import bevy_field_patterns::passes::{surface, geometry, wave, edges, load_item, load_level, WORKGROUP}
 
 // A projected length below which a direction says nothing.
@@ -27,9 +27,17 @@ fn turn_tangent(d: vec3<f32>, n: vec3<f32>, angle: f32) -> vec3<f32> {
 fn store_direction(record: u32, i: u32, direction: vec3<f32>, frequency: f32) {
     var d = direction;
     let field = surface[record + 6u] + 2u * i;
-    // A line field keeps the sign that the phasor refers to.
-    if (surface[record + 2u] & (FLAG_VECTOR | FLAG_FOLLOW)) == FLAG_FOLLOW {
+    let flags = surface[record + 2u];
+    // A line field keeps the sign that the phasor refers to, a cross field the arm.
+    if (flags & (FLAG_VECTOR | FLAG_FOLLOW)) == FLAG_FOLLOW {
         let previous = vec3(wave[field], wave[field + 1u].x);
+        if (flags & FLAG_CROSS) != 0u {
+            let n = geometry[surface[record + 5u] + 2u * i + 1u].xyz;
+            let other = cross(n, d);
+            if abs(dot(previous, other)) > abs(dot(previous, d)) {
+                d = other;
+            }
+        }
         if dot(previous, d) < 0.0 {
             d = -d;
         }

@@ -27,10 +27,12 @@ mod quality;
 mod render;
 mod settings;
 pub mod shade;
+pub mod shade_pair;
 mod shaders;
 pub mod solver;
 mod state;
 mod status;
+mod waves;
 
 pub use crate::{arena::PatternMemory, surface::PatternMesh};
 pub use arena::PatternArena;
@@ -41,6 +43,7 @@ pub(crate) use shaders::WaveShaderPlugin;
 pub use solver::SolverSettings;
 pub use state::*;
 pub use status::SolverCounters;
+pub use waves::{Coupling, Frame, Waves, frame, turned};
 
 use crate::{
     arena::{create_buffers, grow_buffers},
@@ -74,6 +77,7 @@ impl Plugin for WavePlugin {
             .init_resource::<crate::material::BufferGeneration>()
             .register_type::<PatternState>()
             .register_type::<SolverSettings>()
+            .register_type::<Waves>()
             .register_required_components::<DirectionField, PatternState>()
             .register_required_components::<DirectionField, Frequency>()
             .add_observer(patterns::restart)

@@ -124,6 +124,17 @@ impl PackedGraph {
     }
 }
 
+/// What an entity's ranges have room for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Extent {
+    /// Number of waves.
+    pub(crate) waves: u32,
+    /// Positions that are not the graph's own.
+    pub(crate) own_geometry: bool,
+    /// The momentum of the local rule.
+    pub(crate) local: bool,
+}
+
 /// What one entity owns of the shared buffers.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PatternRanges {
@@ -139,16 +150,14 @@ pub(crate) struct PatternRanges {
 }
 
 impl PatternRanges {
-    /// Allocates an entity's ranges and makes its records. `own_geometry`: positions that are not the graph's own;
-    /// `local`: room for the momentum of the local rule.
+    /// Allocates an entity's ranges and makes its records.
     pub(crate) fn new(
         graph: &PackedGraph,
         arena: &mut PatternArena,
-        own_geometry: bool,
-        local: bool,
+        extent: Extent,
     ) -> Result<(Self, PatternRecord, Vec<LevelRecord>), PatternError> {
         let mut owned = Self::default();
-        let made = owned.allocate(graph, arena, own_geometry, local);
+        let made = owned.allocate(graph, arena, extent);
         match made {
             Ok((record, levels)) => Ok((owned, record, levels)),
             Err(error) => {
@@ -168,15 +177,19 @@ impl PatternRanges {
         &mut self,
         graph: &PackedGraph,
         arena: &mut PatternArena,
-        own_geometry: bool,
-        local: bool,
+        extent: Extent,
     ) -> Result<(PatternRecord, Vec<LevelRecord>), PatternError> {
-        let nodes: u32 = graph.levels.iter().map(|level| level.record.nodes).sum();
+        let Extent {
+            waves,
+            own_geometry,
+            local,
+        } = extent;
+        let nodes: u32 = graph.levels.iter().map(|level| waves * level.record.nodes).sum();
         let edges: u32 = graph
             .levels
             .iter()
             .enumerate()
-            .map(|(n, level)| edge_len(n, level))
+            .map(|(n, level)| waves * edge_len(n, level))
             .sum();
         let partials = (2 * graph.vertices.div_ceil(ITEM)).max(graph.triangles.div_ceil(ITEM));
         self.record = self.take(
@@ -184,7 +197,7 @@ impl PatternRanges {
             Pool::Surface,
             RECORD_WORDS + LEVEL_WORDS * graph.levels.len() as u32,
         )?;
-        let momentum = if local { graph.vertices } else { 0 };
+        let momentum = if local { waves * graph.vertices } else { 0 };
         self.field = self.take(arena, Pool::Wave, 2 * graph.vertices + nodes + momentum)?;
         // Vertices without an edge have a direction as well.
         self.edges = self.take(arena, Pool::Edges, edges.max(2 * graph.vertices))?;
@@ -209,7 +222,7 @@ impl PatternRanges {
             colors: graph.levels[0].record.colors,
             delta_base: node_base + nodes,
             state_base,
-            waves: 1,
+            waves,
             ratio: 1.0,
             ..PatternRecord::default()
         };
@@ -218,12 +231,12 @@ impl PatternRanges {
                 node_base,
                 edge_base,
                 balance_base,
-                waves: 1,
+                waves,
                 ..level.record
             };
-            node_base += record.nodes;
-            balance_base += record.nodes;
-            edge_base += edge_len(n, level);
+            node_base += waves * record.nodes;
+            balance_base += waves * record.nodes;
+            edge_base += waves * edge_len(n, level);
             record
         });
         Ok((record, levels.collect()))
@@ -236,7 +249,7 @@ impl PatternRanges {
     }
 }
 
-/// Elements of the edge buffer: one per edge of the mesh, two per coarse edge.
+/// Elements of the edge buffer for one wave: one per edge of the mesh, two per coarse edge.
 fn edge_len(index: usize, level: &PackedLevel) -> u32 {
     if index == 0 { level.edges } else { 2 * level.edges }
 }

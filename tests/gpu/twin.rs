@@ -8,22 +8,29 @@ use bevy::prelude::*;
 use bevy_field_patterns::{
     prelude::*,
     wave::{
-        quality,
+        Coupling, quality,
         solver::{ColdStart, LocalRule, solve_cpu},
     },
 };
 
 /// The largest distance between the phasors of the device and those of the twin, on the same directions.
-fn distance_to_twin(gpu: &SolverSettings, cpu: &SolverSettings, symmetry: Symmetry) -> f32 {
+fn distance_to_twin(gpu: &SolverSettings, cpu: &SolverSettings, coupling: Coupling) -> f32 {
     let mut app = app_with(gpu.clone());
     let mesh = add_mesh(&mut app, &shapes::torus(70, 36, 1.0, 0.4, 0.25, 5));
     let entity = app
         .world_mut()
-        .spawn((Mesh3d(mesh), curvature(), symmetry, Frequency::Uniform(6.0)))
+        .spawn((
+            Mesh3d(mesh),
+            curvature(),
+            coupling.symmetry,
+            coupling.waves,
+            Frequency::Uniform(6.0),
+        ))
         .id();
     settle(&mut app);
     let (d, f, z) = wave(&app, entity);
-    let twin = solve_cpu(&graph(&app, entity), &d, &f, symmetry, cpu).phasors;
+    let twin = solve_cpu(&graph(&app, entity), &d, &f, coupling, cpu).phasors;
+    assert_eq!(z.len(), twin.len());
     z.iter().zip(&twin).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
 }
 
@@ -72,10 +79,17 @@ fn every_pass_agrees_with_its_twin() {
             },
         ),
     ];
-    for symmetry in [Symmetry::Line, Symmetry::Vector] {
+    let coupling = |waves, symmetry| Coupling { waves, symmetry };
+    let couplings = [
+        coupling(Waves::Single, Symmetry::Line),
+        coupling(Waves::Single, Symmetry::Vector),
+        coupling(Waves::Orthogonal { ratio: 1.5 }, Symmetry::Line),
+        coupling(Waves::Cross, Symmetry::Line),
+    ];
+    for coupling in couplings {
         for (name, settings) in &cases {
-            let distance = distance_to_twin(settings, settings, symmetry);
-            assert!(distance < 2e-3, "{name}, {symmetry:?}: {distance}");
+            let distance = distance_to_twin(settings, settings, coupling);
+            assert!(distance < 2e-3, "{name}, {coupling:?}: {distance}");
         }
     }
     // The comparison can fail: one sweep more shows.
@@ -83,7 +97,7 @@ fn every_pass_agrees_with_its_twin() {
         plain_sweeps: 3,
         ..none.clone()
     };
-    let distance = distance_to_twin(&cases[3].1, &more, Symmetry::Line);
+    let distance = distance_to_twin(&cases[3].1, &more, couplings[0]);
     assert!(distance > 2e-2, "{distance}");
 }
 

@@ -10,8 +10,9 @@ use crate::{
     surface::{Surface, SurfaceGraph},
     wave::{
         arena::Pool,
-        layout::{FLAG_AXIS, FLAG_FOLLOW, FLAG_VECTOR},
+        layout::{FLAG_AXIS, FLAG_CROSS, FLAG_FOLLOW, FLAG_VECTOR},
         pack::geometry,
+        waves::Waves,
     },
 };
 use bevy::{
@@ -28,6 +29,16 @@ impl Pattern {
         } else {
             Symmetry::Line
         }
+    }
+
+    /// How the waves belong together from now on.
+    fn set_waves(&mut self, waves: Waves) {
+        let cross = if waves == Waves::Cross { FLAG_CROSS } else { 0 };
+        if cross != self.record.flags & FLAG_CROSS && self.phase != Phase::Waiting {
+            self.phase = Phase::Cold;
+        }
+        self.record.flags = (self.record.flags & !FLAG_CROSS) | cross;
+        self.record.ratio = waves.ratio();
     }
 
     /// Other directions come into use. They follow those before where phasors refer to these.
@@ -64,6 +75,7 @@ pub(super) fn update_inputs(
     };
     pattern.geometry = surface.geometry;
     pattern.inputs = inputs;
+    pattern.set_waves(inputs.coupling.waves);
     let waits = pattern.phase == Phase::Waiting;
     if !turned && !item.frequency.is_changed() && pattern.task.is_none() && !waits {
         return Ok(Changed::Nothing);
@@ -83,7 +95,7 @@ pub(super) fn update_inputs(
         pattern.task = None;
         pattern.directions.clear();
         pattern.uploaded = false;
-        pattern.begin_directions(inputs.symmetry);
+        pattern.begin_directions(inputs.coupling.symmetry);
         pattern.record.flags |= FLAG_AXIS;
         pattern.record.axis = axis.to_array();
         pattern.record.frequency = frequency;
@@ -107,7 +119,7 @@ pub(super) fn update_inputs(
             pattern.task = None;
             new = Some(Directions {
                 vectors: directions_in(&item.field, inputs, graph, source)?,
-                symmetry: inputs.symmetry,
+                symmetry: inputs.coupling.symmetry,
             });
         }
     }
@@ -153,7 +165,7 @@ fn compute_directions(
         let empty = Mesh::new(bevy::mesh::PrimitiveTopology::TriangleList, default());
         Ok(Directions {
             vectors: directions_in(&field, inputs, &graph, &empty)?,
-            symmetry: inputs.symmetry,
+            symmetry: inputs.coupling.symmetry,
         })
     })
 }
@@ -192,13 +204,13 @@ fn directions_in(
     mesh: &Mesh,
 ) -> Result<Vec<Vec3>, PatternError> {
     let Some(linear) = inputs.linear else {
-        return directions(field, inputs.symmetry, inputs.turn, graph, mesh);
+        return directions(field, inputs.coupling.symmetry, inputs.turn, graph, mesh);
     };
     let (positions, normals) = in_world(graph, linear);
     match field {
         // These are vectors of the mesh, which are carried along; the others are made from the world's positions.
         DirectionField::Attribute(_) | DirectionField::Vertices(_) | DirectionField::Tangents(_) => {
-            let mut d = directions(field, inputs.symmetry, inputs.turn, graph, mesh)?;
+            let mut d = directions(field, inputs.coupling.symmetry, inputs.turn, graph, mesh)?;
             d.iter_mut()
                 .zip(&normals)
                 .for_each(|(d, &n)| *d = project_tangent(linear * *d, n));
@@ -211,7 +223,7 @@ fn directions_in(
                 normals,
                 ..default()
             };
-            directions(field, inputs.symmetry, inputs.turn, &world, mesh)
+            directions(field, inputs.coupling.symmetry, inputs.turn, &world, mesh)
         }
         DirectionField::PrincipalCurvature { .. } | DirectionField::Gradient { .. } => {
             let world = SurfaceGraph {
@@ -219,7 +231,7 @@ fn directions_in(
                 normals,
                 ..graph.clone()
             };
-            directions(field, inputs.symmetry, inputs.turn, &world, mesh)
+            directions(field, inputs.coupling.symmetry, inputs.turn, &world, mesh)
         }
     }
 }

@@ -9,9 +9,10 @@ use crate::{
     wave::{
         arena::{PatternArena, Pool},
         layout::FLAG_READY,
-        pack::{PackedGraph, PatternRanges, RECORD_WORDS},
+        pack::{Extent, PackedGraph, PatternRanges, RECORD_WORDS},
         settings::ColdStart,
         state::{PatternFailed, PatternState, RestartPattern},
+        waves::{Coupling, Waves},
     },
 };
 use bevy::{
@@ -28,8 +29,12 @@ impl Pattern {
         inputs: Inputs,
         tools: &mut Tools,
     ) -> Result<Self, PatternError> {
-        let local = matches!(tools.settings.cold_start, ColdStart::Local(_));
-        let (ranges, record, levels) = PatternRanges::new(&graph, &mut tools.arena, inputs.linear.is_some(), local)?;
+        let extent = Extent {
+            waves: inputs.coupling.waves.count() as u32,
+            own_geometry: inputs.linear.is_some(),
+            local: matches!(tools.settings.cold_start, ColdStart::Local(_)),
+        };
+        let (ranges, record, levels) = PatternRanges::new(&graph, &mut tools.arena, extent)?;
         let pattern = Self {
             ranges,
             record,
@@ -56,10 +61,15 @@ pub(super) fn update_pattern(
     tools: &mut Tools,
     fresh: bool,
 ) -> Result<Changed, PatternError> {
-    let symmetry = item
-        .symmetry
-        .as_ref()
-        .map_or_else(|| item.field.default_symmetry(), |symmetry| **symmetry);
+    let waves = item.waves.as_ref().map_or_else(Waves::default, |waves| **waves);
+    waves.check()?;
+    let symmetry = match (waves, &item.symmetry) {
+        // Which of its waves a phase belongs to is told apart no better than by a line.
+        (Waves::Cross, _) => Symmetry::Line,
+        (_, Some(symmetry)) => **symmetry,
+        (_, None) => item.field.default_symmetry(),
+    };
+    let coupling = Coupling { waves, symmetry };
     if let (Some(style), Symmetry::Line) = (item.needs_vector, symmetry) {
         return Err(PatternError::NeedsVectorSymmetry(style.0));
     }
@@ -70,6 +80,7 @@ pub(super) fn update_pattern(
         || item.field.is_changed()
         || item.frequency.is_changed()
         || item.symmetry.as_ref().is_some_and(|symmetry| symmetry.is_changed())
+        || item.waves.as_ref().is_some_and(|waves| waves.is_changed())
         || item.turn.as_ref().is_some_and(|turn| turn.is_changed())
         || item.space.as_ref().is_some_and(|space| space.is_changed())
         || matches!(&*item.state, PatternState::Failed(PatternError::MeshTagTaken));
@@ -114,12 +125,14 @@ pub(super) fn update_pattern(
         .filter(|_| in_world)
         .map(|transform| transform.affine().matrix3);
     let inputs = Inputs {
-        symmetry,
+        coupling,
         turn: item.turn.as_ref().map_or(0.0, |turn| turn.0),
         linear,
     };
     let current = item.pattern.as_ref().is_some_and(|pattern| {
-        pattern.topology == surface.topology && pattern.inputs.linear.is_some() == linear.is_some()
+        pattern.topology == surface.topology
+            && pattern.inputs.linear.is_some() == linear.is_some()
+            && pattern.inputs.coupling.waves.count() == waves.count()
     });
     if !current || fresh || !own_mesh {
         // The tag of a cloned pattern is nobody's.

@@ -20,6 +20,7 @@ use super::{
     settings::{ColdStart, ValidSettings},
     state::{NeedsVector, PatternReady, PatternState},
     status::GpuStatus,
+    waves::{Coupling, Waves},
 };
 use crate::{
     arena::Pool as _,
@@ -74,7 +75,7 @@ struct Directions {
 /// Small inputs, compared from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Inputs {
-    symmetry: Symmetry,
+    coupling: Coupling,
     turn: f32,
     /// The entity's linear part, where the pattern lives in the world.
     linear: Option<Mat3A>,
@@ -123,6 +124,7 @@ pub(crate) struct Patterned {
     field: Ref<'static, DirectionField>,
     frequency: Ref<'static, Frequency>,
     symmetry: Option<Ref<'static, Symmetry>>,
+    waves: Option<Ref<'static, Waves>>,
     turn: Option<Ref<'static, FieldTurn>>,
     space: Option<Ref<'static, PatternSpace>>,
     transform: Option<&'static GlobalTransform>,
