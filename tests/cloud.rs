@@ -340,7 +340,7 @@ fn points_are_drawn_as_discs() {
         };
         let mut phases = BTreeSet::new();
         for triangle in [0, 1, 2, 77, 2 * points.len() as u32 - 1] {
-            let corners = memory.corners(&record, triangle).unwrap();
+            let corners = memory.corners(&record, triangle, 0).unwrap();
             for m in 0..3 {
                 let position = linear * Vec3::from(positions[3 * triangle as usize + m]);
                 let difference = position.distance(corners.position[m]);
@@ -349,7 +349,7 @@ fn points_are_drawn_as_discs() {
             }
         }
         assert!(phases.len() > 4, "corners have phases of their own");
-        assert!(memory.corners(&record, 2 * points.len() as u32).is_none());
+        assert!(memory.corners(&record, 2 * points.len() as u32, 0).is_none());
         app.world_mut().despawn(entity);
     }
 }

@@ -80,7 +80,11 @@ pub struct PatternRecord {
     /// `wave[scalar_base + v]` are the two scalars of vertex v that styles may show; 0: there are none.
     pub scalar_base: u32,
     /// Unused.
-    pub pad: [u32; 12],
+    pub pad: [u32; 10],
+    /// Bit i % 32 of `surface[pin_base + i / 32]` tells whether vertex i is drawn to a crest; 0: none is.
+    pub pin_base: u32,
+    /// How much such a vertex is drawn to a crest, as the weight of an edge; below 0: to a trough.
+    pub pull: f32,
 }
 
 /// One level of an entity's hierarchy.

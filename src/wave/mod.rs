@@ -13,6 +13,7 @@
 
 mod arena;
 mod carry;
+mod crease;
 mod frame;
 mod hierarchy;
 pub mod kite;
@@ -37,6 +38,7 @@ mod waves;
 pub use crate::{arena::PatternMemory, surface::PatternMesh};
 pub use arena::PatternArena;
 pub use carry::{CarriedWave, carry_wave};
+pub use crease::{CreaseLine, CreasePhase};
 pub use patterns::Pattern;
 pub use quality::{Quality, quality};
 pub(crate) use shaders::WaveShaderPlugin;
@@ -75,6 +77,7 @@ impl Plugin for WavePlugin {
             .init_resource::<settings::ValidSettings>()
             .init_resource::<crate::diagnostics::QualityReport>()
             .init_resource::<crate::material::BufferGeneration>()
+            .register_type::<CreasePhase>()
             .register_type::<PatternState>()
             .register_type::<SolverSettings>()
             .register_type::<Waves>()

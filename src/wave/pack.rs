@@ -147,6 +147,8 @@ pub(crate) struct PatternRanges {
     pub(crate) edges: u32,
     /// Element of the geometry buffer of an entity with positions of its own.
     pub(crate) geometry: Option<u32>,
+    /// Word offset of a bit per vertex, once one was needed.
+    pins: Option<u32>,
 }
 
 impl PatternRanges {
@@ -165,6 +167,17 @@ impl PatternRanges {
                 Err(error)
             }
         }
+    }
+
+    /// Writes a bit per vertex; where it is.
+    pub(crate) fn write_pins(&mut self, arena: &mut PatternArena, bits: &[u32]) -> Result<u32, PatternError> {
+        let base = match self.pins {
+            Some(base) => base,
+            None => self.take(arena, Pool::Surface, bits.len() as u32)?,
+        };
+        self.pins = Some(base);
+        arena.write(Pool::Surface, base, bits);
+        Ok(base)
     }
 
     fn take(&mut self, arena: &mut PatternArena, pool: Pool, len: u32) -> Result<u32, PatternError> {

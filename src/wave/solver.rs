@@ -11,7 +11,7 @@ use super::{
     hierarchy::cold_start,
     kite::{aligned_distance, cmul, phasor, reversed},
     local_rule::solve_local,
-    waves::{Coupling, frame, turned},
+    waves::{Coupling, Waves, frame, turned},
 };
 pub use super::{
     hierarchy::{Child, align, coarsen, prolong},
@@ -48,6 +48,8 @@ pub enum Relaxation {
 pub struct Edges {
     waves: usize,
     constants: Constants,
+    /// How much each node is drawn to a crest (below 0: to a trough), as the weight of an edge; empty where none is.
+    pins: Vec<f32>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -64,6 +66,22 @@ impl Edges {
         Self {
             waves,
             constants: Constants::Coarse(pairs),
+            pins: Vec::new(),
+        }
+    }
+
+    /// Draws vertices to crests, z = i (which a reversed direction sees at the same place), with the weight `pull`; below 0
+    /// to troughs. The first wave is, and both of a cross field. `pinned` has one entry per vertex; the weights are added to
+    /// `sums`.
+    pub fn pin(&mut self, sums: &mut [f32], pinned: &[bool], pull: f32, waves: Waves) {
+        let count = self.waves;
+        self.pins = vec![0.0; sums.len()];
+        for (node, (pin, sum)) in self.pins.iter_mut().zip(sums).enumerate() {
+            let is_drawn = node % count == 0 || waves == Waves::Cross;
+            if is_drawn && pinned[node / count] {
+                *pin = pull;
+                *sum += pull.abs();
+            }
         }
     }
 
@@ -96,9 +114,10 @@ impl Edges {
         }
     }
 
-    /// What wave `r` of node `i` sees in sum; `z` is the phasor of a node's wave.
+    /// What wave `r` of node `i` sees in sum, and what it is drawn to; `z` is the phasor of a node's wave.
     pub fn seen_sum(&self, level: &Level, i: usize, r: usize, z: impl Fn(usize) -> Vec2) -> Vec2 {
-        level.edges(i).fold(Vec2::ZERO, |t, k| {
+        let pull = self.pins.get(self.waves * i + r).copied().unwrap_or(0.0);
+        level.edges(i).fold(Vec2::new(0.0, pull), |t, k| {
             let source = self.waves * level.neighbors[k] as usize + self.source(k, r);
             t + self.seen(k, r, z(source))
         })
@@ -195,8 +214,12 @@ pub fn edges(
             });
         }
     });
-    let constants = Constants::Fine(e);
-    (Edges { waves, constants }, sums)
+    let edges = Edges {
+        waves,
+        constants: Constants::Fine(e),
+        pins: Vec::new(),
+    };
+    (edges, sums)
 }
 
 /// One sweep: every node moves towards what it sees, colour class by colour class. `sums` (of weights, per node) is used
@@ -275,22 +298,27 @@ pub fn solve_cpu(
     coupling: impl Into<Coupling>,
     settings: &SolverSettings,
 ) -> Solution {
-    let settings = &settings.valid();
     let (fine, sums) = edges(graph, directions, frequencies, coupling);
+    solve_edges(graph, &fine, &sums, settings)
+}
+
+/// [`solve_cpu`] on edge constants that are there already, with the sums of weights that came with them.
+pub fn solve_edges(graph: &SurfaceGraph, fine: &Edges, sums: &[f32], settings: &SolverSettings) -> Solution {
+    let settings = &settings.valid();
     match &settings.cold_start {
         ColdStart::Hierarchy { level_sweeps } => {
-            let mut z = cold_start(graph, &fine, *level_sweeps, settings.omega);
+            let mut z = cold_start(graph, fine, *level_sweeps, settings.omega);
             let level = graph.mesh_level();
-            sweep_soft(level, &fine, &sums, &mut z, settings.soft_sweeps, true, settings);
+            sweep_soft(level, fine, sums, &mut z, settings.soft_sweeps, true, settings);
             for _ in 0..settings.plain_sweeps {
-                sweep(level, &fine, &sums, &mut z, Relaxation::Plain);
+                sweep(level, fine, sums, &mut z, Relaxation::Plain);
             }
             Solution {
                 phasors: z,
                 sweeps: settings.soft_sweeps + settings.plain_sweeps,
             }
         }
-        ColdStart::Local(rule) => solve_local(graph, &fine, &sums, rule),
+        ColdStart::Local(rule) => solve_local(graph, fine, sums, rule),
     }
 }
 

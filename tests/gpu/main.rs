@@ -2,6 +2,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod creases;
 mod life;
 mod signs;
 mod twin;

@@ -3,6 +3,7 @@
 //! In: surfaces, fields and frequencies of all entities, and what changed in them. Out: a [`Frame`] for the GPU. A
 //! pattern starts cold, follows changes warm, comes to rest, and then costs nothing.
 
+mod creases;
 mod graphs;
 mod inputs;
 mod life;
@@ -13,6 +14,7 @@ pub(crate) use life::{remove_pattern, restart};
 
 use super::{
     arena::{PatternArena, Pool},
+    crease::CreasePhase,
     frame::Frame,
     layout::{FLAG_READY, LevelRecord, PatternRecord},
     pack::{PackedGraph, PatternRanges},
@@ -36,6 +38,7 @@ use bevy::{
     prelude::*,
     tasks::Task,
 };
+use creases::Creases;
 use graphs::forget_unused;
 use life::{fail, release, update_pattern};
 use schedule::schedule;
@@ -63,6 +66,8 @@ pub struct Pattern {
     task: Option<Task<Result<Directions, PatternError>>>,
     /// The inputs have changed since the task began.
     outdated: bool,
+    /// What the pins in the shared buffers were made from, where there are any.
+    creases: Creases,
     phase: Phase,
 }
 
@@ -126,6 +131,7 @@ pub(crate) struct Patterned {
     symmetry: Option<Ref<'static, Symmetry>>,
     waves: Option<Ref<'static, Waves>>,
     turn: Option<Ref<'static, FieldTurn>>,
+    crease: Option<Ref<'static, CreasePhase>>,
     space: Option<Ref<'static, PatternSpace>>,
     transform: Option<&'static GlobalTransform>,
     tag: Option<&'static MeshTag>,
