@@ -18,7 +18,7 @@ use bevy::{math::DVec3, prelude::*};
 /// A coarser surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MergedSurface {
-    /// Its vertices and their neighbours: one level, no triangles, no mesh.
+    /// Its vertices and their neighbours: one level, no triangles, and every vertex as its own mesh vertex.
     pub graph: SurfaceGraph,
     /// `parents[i]` is the vertex that vertex i of the finer surface has become a part of.
     pub parents: Vec<u32>,
@@ -83,6 +83,7 @@ fn merge(finer: &SurfaceGraph) -> MergedSurface {
         areas: in_order()
             .map(|members| area(members).min(f64::from(f32::MAX)) as f32)
             .collect(),
+        vertex_of: (0..order.len() as u32).collect(),
         levels: vec![adjacency.into_level(&order, classes)],
         ..default()
     };

@@ -19,6 +19,7 @@ mod hierarchy;
 pub mod kite;
 pub mod layout;
 mod local_rule;
+mod merged;
 mod pack;
 mod patterns;
 mod pending;

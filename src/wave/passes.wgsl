@@ -47,7 +47,8 @@ struct Step {
     momentum: f32,
     // The local rule ends below this relative change of the energy; 0: never.
     epsilon: f32,
-    pad_a: u32,
+    // 1: a V-cycle: phasors stay as they are while children are joined to their parents.
+    keep: u32,
     pad_b: u32,
     pad_c: u32,
 }

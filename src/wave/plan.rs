@@ -81,8 +81,11 @@ pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mu
     planner.pass_over_vertices(Pass::TakeDirections, &work.given);
     planner.pass_over_vertices(Pass::EdgeWeights, &work.changed);
     match &settings.cold_start {
-        ColdStart::Hierarchy { level_sweeps } => planner.hierarchy(&work.cold, *level_sweeps),
+        ColdStart::Hierarchy { level_sweeps } => planner.hierarchy(&work.cold, *level_sweeps, false),
         ColdStart::Local(_) => planner.local(&work.cold),
+    }
+    if settings.warm_level_sweeps > 0 {
+        planner.hierarchy(&work.warm, settings.warm_level_sweeps, true);
     }
     planner.sweeps(work);
     planner.report(&work.reported);
@@ -168,17 +171,18 @@ impl Planner<'_> {
         }
     }
 
-    /// The Galerkin cold start.
-    fn hierarchy(&mut self, cold: &[Member], level_sweeps: u32) {
+    /// The Galerkin cold start, or a V-cycle, which will `keep` phasors as they are on the way up.
+    fn hierarchy(&mut self, members: &[Member], level_sweeps: u32, keep: bool) {
         let uniform = StepUniform {
             level_sweeps,
+            keep: keep.into(),
             omega: self.settings.omega,
             ..StepUniform::default()
         };
-        let depth = cold.iter().map(Member::first_small).max().unwrap_or(0);
+        let depth = members.iter().map(Member::first_small).max().unwrap_or(0);
         // Up, as far as levels are large.
         for level in 0..depth {
-            let large: Vec<&Member> = cold
+            let large: Vec<&Member> = members
                 .iter()
                 .filter(|member| level < member.first_small() && level + 1 < member.levels())
                 .collect();
@@ -197,7 +201,7 @@ impl Planner<'_> {
         }
         // The top: small levels by one workgroup, or a last level that is large since it has many components.
         let items = self.items(|planner| {
-            for member in cold.iter().filter(|member| member.first_small() < member.levels()) {
+            for member in members.iter().filter(|member| member.first_small() < member.levels()) {
                 planner
                     .frame
                     .items
@@ -206,7 +210,12 @@ impl Planner<'_> {
         });
         self.step(Pass::SolveSmall, &items, uniform);
         let items = self.items(|planner| {
-            for member in cold.iter().filter(|member| member.first_small() >= member.levels()) {
+            let above_mesh = |member: &&Member| !keep || member.levels() > 1;
+            for member in members
+                .iter()
+                .filter(|member| member.first_small() >= member.levels())
+                .filter(above_mesh)
+            {
                 let top = member.levels() - 1;
                 planner.push_items(member.record, top, 0, member.nodes(top));
             }
@@ -215,7 +224,8 @@ impl Planner<'_> {
         // Down again.
         for level in (0..depth).rev() {
             let large = || {
-                cold.iter()
+                members
+                    .iter()
                     .filter(move |member| level < member.first_small().min(member.levels()))
             };
             let items = self.items(|planner| {

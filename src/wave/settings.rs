@@ -22,6 +22,10 @@ pub struct SolverSettings {
     /// Soft sweeps per frame while an input changes, 1..=[`MAX_SWEEPS`](Self::MAX_SWEEPS). Default 3; 1 follows slowly, 10
     /// is nearly converged.
     pub warm_sweeps: u32,
+    /// Sweeps on each coarse level before the soft sweeps of a changed input: a V-cycle, 0..=[`MAX_SWEEPS`](Self::MAX_SWEEPS).
+    /// It moves whole stretches of the pattern at once, smoothly: less energy, above all while frequencies change, for more
+    /// motion. Default 0: none; 1 or 2 are enough.
+    pub warm_level_sweeps: u32,
     /// Over-relaxation ω of soft sweeps and of the hierarchy's levels, 0.1..=1.95; below 1 it is under-relaxation. Default
     /// 1.6.
     pub omega: f32,
@@ -41,6 +45,27 @@ pub enum ColdStart {
     /// The local rule as Lichtenberg et al. 2018 print it (section 3.3): random phases from a hash of the vertex id,
     /// then coloured sweeps with momentum. Slow to find long waves; selectable for comparison.
     Local(LocalRule),
+    /// The same rule on ever finer surfaces of merged vertices, as the paper's section 3.4 has it. Between the other two in
+    /// quality; only good where field and frequency are smooth; selectable for comparison.
+    Merged(MergedRule),
+}
+
+/// Parameters of [`ColdStart::Merged`].
+#[derive(Reflect, Debug, Clone, PartialEq)]
+pub struct MergedRule {
+    /// At most so many surfaces above the mesh, each with about half the vertices of the one before; 0..=32, default 10.
+    pub levels: u32,
+    /// The rule on each surface; it ends on each for itself.
+    pub local: LocalRule,
+}
+
+impl Default for MergedRule {
+    fn default() -> Self {
+        Self {
+            levels: 10,
+            local: LocalRule::default(),
+        }
+    }
 }
 
 /// Parameters of [`ColdStart::Local`].
@@ -80,6 +105,7 @@ impl Default for SolverSettings {
             soft_sweeps: 10,
             plain_sweeps: 4,
             warm_sweeps: 3,
+            warm_level_sweeps: 0,
             omega: 1.6,
             softness: 0.9,
         }
@@ -112,6 +138,7 @@ impl SolverSettings {
             sweeps("SolverSettings::soft_sweeps", &mut self.soft_sweeps, 0),
             sweeps("SolverSettings::plain_sweeps", &mut self.plain_sweeps, 0),
             sweeps("SolverSettings::warm_sweeps", &mut self.warm_sweeps, 1),
+            sweeps("SolverSettings::warm_level_sweeps", &mut self.warm_level_sweeps, 0),
             real(
                 "SolverSettings::omega",
                 &mut self.omega,
@@ -136,28 +163,43 @@ impl ColdStart {
     fn put_right(&mut self) -> Option<PatternError> {
         match self {
             Self::Hierarchy { level_sweeps } => sweeps("ColdStart::Hierarchy::level_sweeps", level_sweeps, 0),
-            Self::Local(rule) => {
-                let default = LocalRule::default();
-                let mut errors = [
-                    sweeps("LocalRule::max_sweeps", &mut rule.max_sweeps, 1),
-                    real(
-                        "LocalRule::momentum",
-                        &mut rule.momentum,
-                        default.momentum,
-                        (0.0, 1.0),
-                        "0..=1",
-                    ),
-                    real(
-                        "LocalRule::epsilon",
-                        &mut rule.epsilon,
-                        default.epsilon,
-                        (0.0, 1.0),
-                        "0..=1",
-                    ),
-                ];
-                errors.iter_mut().find_map(Option::take)
+            Self::Local(rule) => rule.put_right(),
+            Self::Merged(rule) => {
+                let given = rule.levels;
+                rule.levels = given.min(32);
+                let levels = (rule.levels != given).then_some(PatternError::OutOfRange {
+                    what: "MergedRule::levels",
+                    value: given as f32,
+                    expected: "0..=32",
+                });
+                let local = rule.local.put_right();
+                levels.or(local)
             }
         }
+    }
+}
+
+impl LocalRule {
+    fn put_right(&mut self) -> Option<PatternError> {
+        let default = Self::default();
+        let mut errors = [
+            sweeps("LocalRule::max_sweeps", &mut self.max_sweeps, 1),
+            real(
+                "LocalRule::momentum",
+                &mut self.momentum,
+                default.momentum,
+                (0.0, 1.0),
+                "0..=1",
+            ),
+            real(
+                "LocalRule::epsilon",
+                &mut self.epsilon,
+                default.epsilon,
+                (0.0, 1.0),
+                "0..=1",
+            ),
+        ];
+        errors.iter_mut().find_map(Option::take)
     }
 }
 

@@ -11,12 +11,13 @@ use super::{
     hierarchy::cold_start,
     kite::{aligned_distance, cmul, phasor, reversed},
     local_rule::solve_local,
+    merged::{Field, solve_merged},
     waves::{Coupling, Waves, frame, turned},
 };
 pub use super::{
-    hierarchy::{Child, align, coarsen, prolong},
+    hierarchy::{Child, align, coarsen, prolong, v_cycle},
     local_rule::{hash_turns, sweep_local},
-    settings::{ColdStart, LocalRule, SolverSettings},
+    settings::{ColdStart, LocalRule, MergedRule, SolverSettings},
 };
 use crate::surface::{Level, SurfaceGraph};
 use bevy::{
@@ -41,6 +42,15 @@ pub enum Relaxation {
         /// Exponent p.
         softness: f32,
     },
+}
+
+/// Vertices that are drawn to a crest or a trough ([`CreasePhase`](super::CreasePhase)).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Pins<'a> {
+    /// Whether each vertex is drawn; no vertex is where the list is empty.
+    pub vertices: &'a [bool],
+    /// How much, as the weight of an edge: above 0 to a crest, below to a trough.
+    pub pull: f32,
 }
 
 /// The edge constants of one level: those of wave r over edge k at `waves * k + r`.
@@ -70,17 +80,16 @@ impl Edges {
         }
     }
 
-    /// Draws vertices to crests, z = i (which a reversed direction sees at the same place), with the weight `pull`; below 0
-    /// to troughs. The first wave is, and both of a cross field. `pinned` has one entry per vertex; the weights are added to
-    /// `sums`.
-    pub fn pin(&mut self, sums: &mut [f32], pinned: &[bool], pull: f32, waves: Waves) {
+    /// Draws vertices to crests, z = i (which a reversed direction sees at the same place), or to troughs. The first wave
+    /// is, and both of a cross field. The weights are added to `sums`.
+    pub fn pin(&mut self, sums: &mut [f32], pins: Pins, waves: Waves) {
         let count = self.waves;
         self.pins = vec![0.0; sums.len()];
         for (node, (pin, sum)) in self.pins.iter_mut().zip(sums).enumerate() {
             let is_drawn = node % count == 0 || waves == Waves::Cross;
-            if is_drawn && pinned[node / count] {
-                *pin = pull;
-                *sum += pull.abs();
+            if is_drawn && pins.vertices.get(node / count) == Some(&true) {
+                *pin = pins.pull;
+                *sum += pins.pull.abs();
             }
         }
     }
@@ -298,27 +307,44 @@ pub fn solve_cpu(
     coupling: impl Into<Coupling>,
     settings: &SolverSettings,
 ) -> Solution {
-    let (fine, sums) = edges(graph, directions, frequencies, coupling);
-    solve_edges(graph, &fine, &sums, settings)
+    solve_pinned(graph, directions, frequencies, coupling, Pins::default(), settings)
 }
 
-/// [`solve_cpu`] on edge constants that are there already, with the sums of weights that came with them.
-pub fn solve_edges(graph: &SurfaceGraph, fine: &Edges, sums: &[f32], settings: &SolverSettings) -> Solution {
-    let settings = &settings.valid();
+/// [`solve_cpu`] with vertices that are drawn to a crest or a trough.
+pub fn solve_pinned(
+    graph: &SurfaceGraph,
+    directions: &[Vec3],
+    frequencies: &[f32],
+    coupling: impl Into<Coupling>,
+    pins: Pins,
+    settings: &SolverSettings,
+) -> Solution {
+    let (settings, coupling) = (&settings.valid(), coupling.into());
+    let (mut fine, mut sums) = edges(graph, directions, frequencies, coupling);
+    if !pins.vertices.is_empty() {
+        fine.pin(&mut sums, pins, coupling.waves);
+    }
     match &settings.cold_start {
         ColdStart::Hierarchy { level_sweeps } => {
-            let mut z = cold_start(graph, fine, *level_sweeps, settings.omega);
+            let mut z = cold_start(graph, &fine, *level_sweeps, settings.omega);
             let level = graph.mesh_level();
-            sweep_soft(level, fine, sums, &mut z, settings.soft_sweeps, true, settings);
+            sweep_soft(level, &fine, &sums, &mut z, settings.soft_sweeps, true, settings);
             for _ in 0..settings.plain_sweeps {
-                sweep(level, fine, sums, &mut z, Relaxation::Plain);
+                sweep(level, &fine, &sums, &mut z, Relaxation::Plain);
             }
             Solution {
                 phasors: z,
                 sweeps: settings.soft_sweeps + settings.plain_sweeps,
             }
         }
-        ColdStart::Local(rule) => solve_local(graph, fine, sums, rule),
+        ColdStart::Local(rule) => solve_local(graph, &fine, &sums, rule),
+        ColdStart::Merged(rule) => {
+            let field = Field {
+                directions: directions.to_vec(),
+                frequencies: frequencies.to_vec(),
+            };
+            solve_merged(graph, field, coupling, (&fine, &sums), rule)
+        }
     }
 }
 
@@ -333,6 +359,9 @@ pub fn follow_cpu(
 ) {
     let settings = &settings.valid();
     let (fine, sums) = edges(graph, directions, frequencies, coupling);
+    if settings.warm_level_sweeps > 0 {
+        v_cycle(graph, &fine, settings.warm_level_sweeps, settings.omega, phasors);
+    }
     sweep_soft(
         graph.mesh_level(),
         &fine,

@@ -7,7 +7,7 @@ use bevy_field_patterns::{
     surface::SurfaceGraph,
     wave::{
         Coupling, SolverCounters,
-        solver::{ColdStart, edges, solve_edges},
+        solver::{ColdStart, Pins, solve_pinned},
     },
 };
 use std::f32::consts::{FRAC_PI_2, TAU};
@@ -88,10 +88,11 @@ fn crests_lie_on_creases_as_the_twin_puts_them() {
             symmetry: Symmetry::Line,
         };
         let twin = |pull: f32| {
-            let (mut constants, mut sums) = edges(&graph, &d, &f, coupling);
-            let pinned = graph.creases(35_f32.to_radians(), true);
-            constants.pin(&mut sums, &pinned, pull, waves);
-            solve_edges(&graph, &constants, &sums, &settings).phasors
+            let pins = Pins {
+                vertices: &graph.creases(35_f32.to_radians(), true),
+                pull,
+            };
+            solve_pinned(&graph, &d, &f, coupling, pins, &settings).phasors
         };
         let distance = |a: &[Vec2], b: &[Vec2]| a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
         assert!(
@@ -186,9 +187,11 @@ fn weight_is_paid_with_energy() {
     let f = vec![3.3; graph.len()];
     let pinned = graph.creases(35_f32.to_radians(), true);
     let solved = |weight: f32| {
-        let (mut constants, mut sums) = edges(&graph, &d, &f, Symmetry::Line);
-        constants.pin(&mut sums, &pinned, weight, Waves::Single);
-        let z = solve_edges(&graph, &constants, &sums, &default()).phasors;
+        let pins = Pins {
+            vertices: &pinned,
+            pull: weight,
+        };
+        let z = solve_pinned(&graph, &d, &f, Symmetry::Line, pins, &default()).phasors;
         let energy = bevy_field_patterns::wave::quality(&graph, &d, &f, &z, Symmetry::Line).energy;
         (on_crest(&z, 1, &pinned), energy)
     };
