@@ -145,6 +145,10 @@ pub(crate) struct Frame {
     pub(crate) steps: Vec<Step>,
     /// Sweeps over the mesh.
     pub(crate) sweeps: u32,
+    /// The same, each counted once per pattern that takes part.
+    pub(crate) pattern_sweeps: u32,
+    /// The same, each counted once per vertex.
+    pub(crate) node_sweeps: u64,
 }
 
 impl Frame {

@@ -74,6 +74,7 @@ impl Plugin for WavePlugin {
         app.init_resource::<PatternArena>()
             .init_resource::<patterns::PackedGraphs>()
             .init_resource::<patterns::Outbox>()
+            .init_resource::<patterns::Pace>()
             .init_resource::<SolverSettings>()
             .init_resource::<settings::ValidSettings>()
             .init_resource::<crate::diagnostics::QualityReport>()

@@ -31,6 +31,15 @@ pub struct SolverSettings {
     pub omega: f32,
     /// Exponent p of z ← z |z|^(p-1) in soft sweeps, 0..=1: 0 keeps unit phasors, 1 is linear. Default 0.9.
     pub softness: f32,
+    /// At most so many sweeps in a frame, 1 or more, a sweep of each of two patterns counting as two. What is left is done in
+    /// the next frames: first what is seen, but nothing waits for ever. A cold start, which begins with the hierarchy, counts
+    /// as `4 + level_sweeps` besides its sweeps, a change of inputs as one; the first pattern of a frame is served however
+    /// much it counts. Default `None`: all is done at once.
+    pub max_sweeps_per_frame: Option<u32>,
+    /// At most so many milliseconds of the GPU in a frame, above 0, by an estimate: sweeps take as long as they did in earlier
+    /// frames, where Bevy's `RenderDiagnosticsPlugin` measures that, or else as long as on a slow GPU. Otherwise as
+    /// [`max_sweeps_per_frame`](Self::max_sweeps_per_frame). Default `None`.
+    pub max_milliseconds: Option<f32>,
 }
 
 /// How a pattern starts when nothing is known.
@@ -46,7 +55,8 @@ pub enum ColdStart {
     /// then coloured sweeps with momentum. Slow to find long waves; selectable for comparison.
     Local(LocalRule),
     /// The same rule on ever finer surfaces of merged vertices, as the paper's section 3.4 has it. Between the other two in
-    /// quality; only good where field and frequency are smooth; selectable for comparison.
+    /// quality; only good where field and frequency are smooth; for comparison. Only [`solve_cpu`](super::solver::solve_cpu)
+    /// has it: the plugin says so in the log, and starts by the default.
     Merged(MergedRule),
 }
 
@@ -108,6 +118,8 @@ impl Default for SolverSettings {
             warm_level_sweeps: 0,
             omega: 1.6,
             softness: 0.9,
+            max_sweeps_per_frame: None,
+            max_milliseconds: None,
         }
     }
 }
@@ -154,8 +166,30 @@ impl SolverSettings {
                 "0..=1",
             ),
             self.cold_start.put_right(),
+            self.put_budget_right(),
         ];
         errors.iter_mut().find_map(Option::take)
+    }
+}
+
+impl SolverSettings {
+    /// Sweeps are at least 1; what is no time is no limit.
+    fn put_budget_right(&mut self) -> Option<PatternError> {
+        if self.max_sweeps_per_frame == Some(0) {
+            self.max_sweeps_per_frame = Some(1);
+            return Some(PatternError::OutOfRange {
+                what: "SolverSettings::max_sweeps_per_frame",
+                value: 0.0,
+                expected: "1 or more",
+            });
+        }
+        let wrong = self.max_milliseconds.filter(|&ms| !(ms > 0.0 && ms.is_finite()))?;
+        self.max_milliseconds = None;
+        Some(PatternError::OutOfRange {
+            what: "SolverSettings::max_milliseconds",
+            value: wrong,
+            expected: "above 0",
+        })
     }
 }
 
@@ -251,7 +285,11 @@ pub(crate) fn check_settings(
         return;
     };
     valid.0 = given.valid();
-    let wrong = given.check().err().map(|error| error.to_string()).unwrap_or_default();
+    let mut wrong = given.check().err().map(|error| error.to_string()).unwrap_or_default();
+    if matches!(given.cold_start, ColdStart::Merged(_)) {
+        valid.0.cold_start = ColdStart::default();
+        wrong = "ColdStart::Merged is for solve_cpu; the GPU has no surfaces of merged vertices".into();
+    }
     if !wrong.is_empty() && wrong != *said {
         error!("{wrong}; the nearest valid value, or the default, is used instead");
     }

@@ -3,7 +3,7 @@
 //! In: an entity's [`CreasePhase`] and its graph. Out: one bit per vertex in the shared buffers, and the pull in the
 //! pattern's record.
 
-use super::{Pattern, PatternedItem, Phase, Tools};
+use super::{Pattern, PatternedItem, Tools};
 use crate::{
     error::PatternError,
     surface::Surface,
@@ -67,7 +67,7 @@ pub(super) fn update_creases(
 fn set_pins(pattern: &mut Pattern, base: u32, pull: f32, tools: &mut Tools) {
     pattern.record.pin_base = base;
     pattern.record.pull = pull;
-    if matches!(pattern.phase, Phase::Warm(_) | Phase::Asleep) {
+    if pattern.is_solved() {
         // Directions that are projected again keep the signs that the phasors refer to.
         pattern.record.flags |= FLAG_FOLLOW;
     }

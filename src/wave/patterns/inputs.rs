@@ -51,7 +51,7 @@ impl Pattern {
         if symmetry == Symmetry::Vector {
             self.record.flags |= FLAG_VECTOR;
         }
-        if matches!(self.phase, Phase::Warm(_) | Phase::Asleep) {
+        if self.is_solved() {
             self.record.flags |= FLAG_FOLLOW;
         }
     }

@@ -51,6 +51,8 @@ impl Pattern {
             task: None,
             outdated: false,
             creases: Creases::default(),
+            behind: false,
+            waited: 0,
             phase: Phase::Waiting,
         };
         pattern.write_record(&mut tools.arena);
