@@ -109,7 +109,7 @@ fn normals_point_outwards_and_areas_add_up() {
         );
         assert!(cosines().sum::<f32>() > 0.99 * graph.len() as f32, "{name}");
         let sum: f32 = graph.areas.iter().sum();
-        assert!((sum / area - 1.0).abs() < 0.1, "{name}: {sum} of {area}");
+        assert!((sum / area - 1.0).abs() < 0.2, "{name}: {sum} of {area}");
         assert_eq!(graph.components(), 1, "{name}");
         assert!(
             graph.mesh_level().colors() <= 10,

@@ -208,7 +208,7 @@ fn mean_normals(given: &[Vec3], vertex_of: &[u32], fitted: &[Vec3]) -> Vec<Vec3>
 /// The area of a point: a disc with m points evenly spread in it, besides the one in its middle, has a mean squared
 /// distance of half its squared radius.
 fn area(point: Vec3, around: impl Iterator<Item = Vec3>) -> f32 {
-    let (sum, count) = around.fold((0.0, 0.0), |(sum, count), p| {
+    let (sum, count) = around.fold((0.0, 0.0_f64), |(sum, count), p| {
         (sum + p.as_dvec3().distance_squared(point.as_dvec3()), count + 1.0)
     });
     (f64::from(TAU) * sum / (count * (count + 0.5)).max(1.0)).min(f64::from(f32::MAX)) as f32

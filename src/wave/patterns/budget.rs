@@ -130,7 +130,7 @@ impl Pace {
         }
         self.node_sweeps = FADE * self.node_sweeps + frame.node_sweeps as f64;
         let path = DiagnosticPath::const_new("render/pattern_sweeps/elapsed_gpu");
-        let measured = diagnostics.and_then(|store| store.get(&path)?.measurement().cloned());
+        let measured = diagnostics.and_then(|store| store.get(&path)?.measurement());
         if let Some(measured) = measured.filter(|measured| self.last != Some(measured.time)) {
             self.last = Some(measured.time);
             self.ms = FADE * self.ms + measured.value;
