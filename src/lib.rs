@@ -86,7 +86,10 @@ pub mod prelude {
             SamplingState, SpaceFunction, planar::PlanarDomain, surface::SurfaceMethod,
         },
         scene::{PatternScene, PatternScenePart},
-        wave::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings, Waves},
+        wave::{
+            CreaseLine, CreasePhase, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern,
+            SolverSettings, Waves,
+        },
     };
 }
 

@@ -3,7 +3,7 @@
 //! | buffer | element | what it holds |
 //! |---|---|---|
 //! | surface | `u32` | records of entities; triangles, neighbours, hierarchy of graphs |
-//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id) |
+//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id); of a point cloud two more |
 //! | wave | `vec2<f32>` | per entity: d and f of each vertex, phasors of every level |
 //! | edges | `vec2<f32>` | per entity, solver only: weight of each directed edge of every level |
 //! | balance | `f32` | per entity, solver only: one number per node of every level |
@@ -33,6 +33,8 @@ pub const FLAG_AXIS: u32 = 4;
 pub const FLAG_FOLLOW: u32 = 8;
 /// d, n × d and their opposites are the same ([`Waves::Cross`](super::Waves)).
 pub const FLAG_CROSS: u32 = 16;
+/// A point cloud: triangles 2 p and 2 p + 1 are the square of one vertex, whose half axes follow the vertices' geometry.
+pub const FLAG_DISCS: u32 = 256;
 
 /// What the GPU knows of one patterned entity. The entity's `MeshTag` is the record's word offset in the surface
 /// buffer; 0 is a record of zeros and means "no pattern".
@@ -49,7 +51,9 @@ pub struct PatternRecord {
     pub levels: u32,
     /// `surface[triangle_base + 3 t + c]` is the vertex at corner c of triangle t.
     pub triangle_base: u32,
-    /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, id); the id is the bits of a u32, the vertex's number in the mesh.
+    /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, id); the id is the bits of a
+    /// u32, the vertex's number in the mesh. With [`FLAG_DISCS`], `geometry[geometry_base + 2 vertices + 2 v]` and the
+    /// next one are the half axes of its square.
     pub geometry_base: u32,
     /// `wave[field_base + 2 v]` is (d.x, d.y) of vertex v, the next one (d.z, f).
     pub field_base: u32,
@@ -76,7 +80,11 @@ pub struct PatternRecord {
     /// `wave[scalar_base + v]` are the two scalars of vertex v that styles may show; 0: there are none.
     pub scalar_base: u32,
     /// Unused.
-    pub pad: [u32; 12],
+    pub pad: [u32; 10],
+    /// Bit i % 32 of `surface[pin_base + i / 32]` tells whether vertex i is drawn to a crest; 0: none is.
+    pub pin_base: u32,
+    /// How much such a vertex is drawn to a crest, as the weight of an edge; below 0: to a trough.
+    pub pull: f32,
 }
 
 /// One level of an entity's hierarchy.

@@ -7,6 +7,7 @@ const FLAG_VECTOR: u32 = 2u;
 const FLAG_AXIS: u32 = 4u;
 const FLAG_FOLLOW: u32 = 8u;
 const FLAG_CROSS: u32 = 16u;
+const FLAG_DISCS: u32 = 256u;
 
 const RECORD_WORDS: u32 = 32u;
 const LEVEL_WORDS: u32 = 12u;

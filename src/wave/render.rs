@@ -175,9 +175,13 @@ fn solve(
     counters: Res<SolverCounters>,
 ) {
     let Merged {
-        steps, sweeps, copies, ..
+        steps,
+        sweeps,
+        pattern_sweeps,
+        copies,
+        ..
     } = &prepared.work;
-    counters.set(steps.len() as u32, *sweeps);
+    counters.set(steps.len() as u32, *sweeps, *pattern_sweeps);
     let (Some(pipelines), Some(bind_group)) = (pipelines, &prepared.bind_group) else {
         return;
     };

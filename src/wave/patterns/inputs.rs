@@ -51,7 +51,7 @@ impl Pattern {
         if symmetry == Symmetry::Vector {
             self.record.flags |= FLAG_VECTOR;
         }
-        if matches!(self.phase, Phase::Warm(_) | Phase::Asleep) {
+        if self.is_solved() {
             self.record.flags |= FLAG_FOLLOW;
         }
     }
@@ -85,9 +85,10 @@ pub(super) fn update_inputs(
     };
     if moved && let (Some(linear), Some(first)) = (inputs.linear, pattern.ranges.geometry) {
         let (positions, normals) = in_world(graph, linear);
+        let discs: Vec<_> = graph.discs.iter().map(|axes| axes.map(|axis| linear * axis)).collect();
         tools
             .arena
-            .write(Pool::Geometry, first, &geometry(graph, &positions, &normals));
+            .write(Pool::Geometry, first, &geometry(graph, &positions, &normals, &discs));
     }
     if let Some((axis, frequency)) = uniform {
         check_uniform(axis, frequency, inputs.turn)?;
