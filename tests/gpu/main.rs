@@ -2,6 +2,9 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod fields;
+mod flow;
+mod frequencies;
 mod life;
 mod signs;
 mod twin;

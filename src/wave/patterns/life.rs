@@ -1,7 +1,11 @@
 //! The life of a pattern: it is made when its mesh and its field are there, made anew when these are others, fails, and
 //! goes with its entity or its field.
 
-use super::{Changed, Inputs, Pattern, PatternedItem, Phase, Tools, graphs::pack, inputs::update_inputs};
+use super::{
+    Changed, Inputs, Pattern, PatternedItem, Phase, Tools,
+    graphs::pack,
+    inputs::{self, update_inputs},
+};
 use crate::{
     error::PatternError,
     field::{DirectionField, PatternSpace, Symmetry},
@@ -38,10 +42,7 @@ impl Pattern {
             topology: surface.topology,
             geometry: surface.geometry,
             inputs,
-            directions: Vec::new(),
-            uploaded: false,
-            task: None,
-            outdated: false,
+            sources: default(),
             phase: Phase::Waiting,
         };
         pattern.write_record(&mut tools.arena);
@@ -72,6 +73,8 @@ pub(super) fn update_pattern(
         || item.symmetry.as_ref().is_some_and(|symmetry| symmetry.is_changed())
         || item.turn.as_ref().is_some_and(|turn| turn.is_changed())
         || item.space.as_ref().is_some_and(|space| space.is_changed())
+        || item.scalars.as_ref().is_some_and(|scalars| scalars.is_changed())
+        || inputs::look_around(item)
         || matches!(&*item.state, PatternState::Failed(PatternError::MeshTagTaken));
     let own_mesh = item.meshes.is_some_and(|meshes| meshes.drawn == item.mesh.0);
     if !own_mesh && let Some(pattern) = item.pattern.as_mut() {
@@ -155,7 +158,7 @@ pub(super) fn update_pattern(
                 Ok(mut entity) if entity.contains::<DirectionField>() => {
                     entity.insert((pattern, MeshTag(tag), drawn, meshes));
                 }
-                _ => pattern.ranges.free(&mut world.resource_mut::<PatternArena>()),
+                _ => pattern.free(&mut world.resource_mut::<PatternArena>()),
             }
         });
         updated?;
@@ -222,8 +225,12 @@ pub(super) fn release(mut world: DeferredWorld, context: HookContext) {
     let Some(mut pattern) = world.get_mut::<Pattern>(context.entity) else {
         return;
     };
-    let mut ranges = std::mem::take(&mut pattern.ranges);
+    let (mut ranges, mut sources) = (
+        std::mem::take(&mut pattern.ranges),
+        std::mem::take(&mut pattern.sources),
+    );
     if let Some(mut arena) = world.get_resource_mut::<PatternArena>() {
         ranges.free(&mut arena);
+        sources.free(&mut arena);
     }
 }

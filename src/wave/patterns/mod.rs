@@ -9,6 +9,7 @@ mod life;
 mod schedule;
 
 pub(crate) use graphs::{PackedGraphs, request_surfaces, update_graphs};
+pub(crate) use inputs::{BufferWatch, watch_buffers};
 pub(crate) use life::{remove_pattern, restart};
 
 use super::{
@@ -24,8 +25,7 @@ use super::{
 use crate::{
     arena::Pool as _,
     diagnostics::QualityReport,
-    error::PatternError,
-    field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
+    field::{DirectionField, FieldTime, FieldTurn, Frequency, PatternScalars, PatternSpace, Symmetry},
     surface::{PatternMesh, SurfaceCache, SurfaceGraph},
 };
 use bevy::{
@@ -33,9 +33,9 @@ use bevy::{
     math::Mat3A,
     mesh::MeshTag,
     prelude::*,
-    tasks::Task,
 };
 use graphs::forget_unused;
+use inputs::{Sources, Surroundings};
 use life::{fail, release, update_pattern};
 use schedule::schedule;
 use std::{mem::discriminant, sync::Arc};
@@ -55,20 +55,8 @@ pub struct Pattern {
     topology: u32,
     geometry: u32,
     inputs: Inputs,
-    /// Directions as last uploaded; empty where the GPU makes them.
-    directions: Vec<Vec3>,
-    /// Directions were uploaded, and the GPU has not taken them yet.
-    uploaded: bool,
-    task: Option<Task<Result<Directions, PatternError>>>,
-    /// The inputs have changed since the task began.
-    outdated: bool,
+    sources: Sources,
     phase: Phase,
-}
-
-/// Directions, and what they mean.
-struct Directions {
-    vectors: Vec<Vec3>,
-    symmetry: Symmetry,
 }
 
 /// Small inputs, compared from frame to frame.
@@ -105,6 +93,12 @@ impl Pattern {
         }
     }
 
+    /// Gives back all memory.
+    fn free(&mut self, arena: &mut PatternArena) {
+        self.ranges.free(arena);
+        self.sources.free(arena);
+    }
+
     fn is_drawn(&self) -> bool {
         self.record.flags & FLAG_READY != 0
     }
@@ -125,6 +119,8 @@ pub(crate) struct Patterned {
     symmetry: Option<Ref<'static, Symmetry>>,
     turn: Option<Ref<'static, FieldTurn>>,
     space: Option<Ref<'static, PatternSpace>>,
+    time: Option<&'static FieldTime>,
+    scalars: Option<Ref<'static, PatternScalars>>,
     transform: Option<&'static GlobalTransform>,
     tag: Option<&'static MeshTag>,
     needs_vector: Option<&'static NeedsVector>,
@@ -143,6 +139,7 @@ pub(crate) struct Tools<'w, 's> {
     graphs: Res<'w, Assets<SurfaceGraph>>,
     meshes: Res<'w, Assets<Mesh>>,
     settings: Res<'w, ValidSettings>,
+    around: Surroundings<'w, 's>,
 }
 
 /// Brings every pattern up to date and collects the work of the frame.
