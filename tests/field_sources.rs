@@ -8,7 +8,6 @@ use bevy::{
 use bevy_field_patterns::{
     error::PatternError,
     field::*,
-    prelude::*,
     surface::{SurfaceGraph, WeldOptions},
 };
 use std::{f32::consts::TAU, sync::Arc};
@@ -165,7 +164,7 @@ fn a_tensor_field_is_projected_and_carried() {
         diagonal: Vec3::new(1.0, 5.0, 2.0),
         off_diagonal: Vec3::new(0.1, -0.4, 0.7),
     };
-    let carried = tensor.carried(bevy::math::Mat3A::from_quat(turn) * 3.0);
+    let carried = tensor.carried(Mat3A::from_quat(turn) * 3.0);
     let ((values, vectors), (carried_values, carried_vectors)) = (tensor.eigen(), carried.eigen());
     assert!(values.distance(carried_values) < 1e-5);
     for (v, carried) in vectors.into_iter().zip(carried_vectors) {
@@ -259,7 +258,7 @@ fn fields_follow_borders_and_creases() {
     // An open cylinder: its two borders are circles.
     let tube = grid(32, |u, v| {
         let (sin, cos) = (TAU * u).sin_cos();
-        Vec3::new(cos, 2.0 * v, sin)
+        Vec3::new(cos, 2.0 * v, -sin)
     });
     let around = |p: &Vec3| Vec3::new(-p.z, 0.0, p.x).normalize();
     for (quarter_turn, align) in [

@@ -350,15 +350,16 @@ fn snapshots_are_blended_as_the_twin_says() {
         let graph = graph(&app, entity);
         let twin = |time| snapshot_directions(&snapshots, time, symmetry, 0.0, &graph).unwrap();
         let lines = if symmetry == Symmetry::Line { 2 } else { 1 };
-        let mut last = twin(0.25);
+        let (mut last, mut shown) = (twin(0.25), 0.25);
         near(&app, entity, &last, lines);
         for time in [0.9, 1.0, 1.7, 2.9, 3.0, 8.0, 0.5, -1.0, 2.0] {
             app.world_mut().entity_mut(entity).insert(FieldTime(time));
             update(&mut app);
             near(&app, entity, &twin(time), lines);
             let off = share_off(&twin(time), &last, &graph, lines);
-            assert!(time == 8.0 || off > 0.2, "the comparison can fail at {time}: {off}");
-            last = twin(time);
+            let far = (time.clamp(0.0, 3.0) - shown).abs() > 0.4;
+            assert!(!far || off > 0.2, "the comparison can fail at {time}: {off}");
+            (last, shown) = (twin(time), time.clamp(0.0, 3.0));
         }
         settle(&mut app);
         app.world_mut().entity_mut(entity).insert(FieldTime(f32::NAN));
@@ -369,6 +370,18 @@ fn snapshots_are_blended_as_the_twin_says() {
             "{state:?}"
         );
     }
+}
+
+/// A few frames, once the graph is there: what never sleeps does not settle.
+fn wait(app: &mut App, entity: Entity) {
+    let mut frames = 0;
+    while !app.world().entity(entity).contains::<Pattern>() {
+        update(app);
+        std::thread::sleep(std::time::Duration::from_millis(1));
+        frames += 1;
+        assert!(frames < 5000);
+    }
+    (0..4).for_each(|_| update(app));
 }
 
 /// A buffer of a user, and the one that the user's pass fills it from.
@@ -433,10 +446,7 @@ fn buffers_are_read_after_the_users_pass_of_the_same_frame() {
         }),
     );
     let entity = app.world_mut().spawn(spawned).id();
-    for _ in 0..20 {
-        update(&mut app);
-        std::thread::sleep(std::time::Duration::from_millis(2));
-    }
+    wait(&mut app, entity);
     let graph = graph(&app, entity);
     let twin = |angle: f32| {
         let vectors: Vec<Vec3> = vectors(angle).iter().map(|v| v.truncate()).collect();
@@ -493,10 +503,7 @@ fn buffers_that_do_not_fit_are_errors_until_they_do() {
         .add(buffer(right - 16, usages));
     let entity = spawn(&mut app, &raw, DirectionField::Buffer(handle.clone().into()));
     let state = |app: &mut App| {
-        for _ in 0..20 {
-            update(app);
-            std::thread::sleep(std::time::Duration::from_millis(2));
-        }
+        wait(app, entity);
         app.world().get::<PatternState>(entity).unwrap().clone()
     };
     let found = state(&mut app);

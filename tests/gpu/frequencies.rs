@@ -178,10 +178,7 @@ fn scalars_make_frequencies() {
         high_frequency: 5.0,
     };
     let entity = spawn(&mut app, frequency);
-    for _ in 0..20 {
-        update(&mut app);
-        std::thread::sleep(std::time::Duration::from_millis(2));
-    }
+    settle(&mut app);
     let state = app.world().get::<PatternState>(entity);
     assert!(
         matches!(state, Some(PatternState::Failed(PatternError::NoScalars(_)))),

@@ -74,6 +74,10 @@ pub(super) fn update_pattern(
         || item.turn.as_ref().is_some_and(|turn| turn.is_changed())
         || item.space.as_ref().is_some_and(|space| space.is_changed())
         || item.scalars.as_ref().is_some_and(|scalars| scalars.is_changed())
+        || item
+            .pattern
+            .as_ref()
+            .is_some_and(|pattern| item.scalars.is_none() && pattern.sources.has_scalars())
         || inputs::look_around(item)
         || matches!(&*item.state, PatternState::Failed(PatternError::MeshTagTaken));
     let own_mesh = item.meshes.is_some_and(|meshes| meshes.drawn == item.mesh.0);

@@ -99,6 +99,11 @@ impl Sources {
         }
     }
 
+    /// The scalars are those of a component.
+    pub(super) fn has_scalars(&self) -> bool {
+        self.scalars_given
+    }
+
     /// Something takes long.
     pub(super) fn is_computing(&self) -> bool {
         self.task.is_some()
