@@ -137,6 +137,38 @@ pub enum PatternError {
         /// Number of samples.
         samples: usize,
     },
+    /// The field or the frequency depends on more than a mesh.
+    #[error("this source depends on more than a mesh; for the CPU use bevy_field_patterns::field::{0}")]
+    NotOfMesh(&'static str),
+    /// An entity that an input names is gone or lacks something.
+    #[error("{what} names the entity {entity}, which does not exist or has no {lacks}")]
+    MissingEntity {
+        /// The input: "`Frequency::DistanceTo`".
+        what: &'static str,
+        /// The entity.
+        entity: Entity,
+        /// What it should have: "`GlobalTransform`".
+        lacks: &'static str,
+    },
+    /// There are no scalars to follow.
+    #[error("{0} needs scalars; give the entity DirectionField::Tensor or PatternScalars")]
+    NoScalars(&'static str),
+    /// The snapshots of a field are no sequence.
+    #[error("DirectionField::Snapshots: {0}")]
+    Snapshots(&'static str),
+    /// A user's buffer has the wrong size.
+    #[error("the buffer of {what} has {found} bytes, but {needed} are needed, one value per vertex of the mesh")]
+    BufferSize {
+        /// What it is for: "`DirectionField::Buffer`".
+        what: &'static str,
+        /// Its size.
+        found: u64,
+        /// The size needed.
+        needed: u64,
+    },
+    /// A user's buffer cannot be copied.
+    #[error("the buffer of {0} cannot be copied; create it with BufferUsages::COPY_SRC")]
+    BufferUsage(&'static str),
     /// The entity carries a field and samples, but can be drawn with one pattern only.
     #[error("the entity has a DirectionField and a SampleSet; draw waves and cells on two entities with the same mesh")]
     TwoPatterns,

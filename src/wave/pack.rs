@@ -143,8 +143,6 @@ pub(crate) struct PatternRanges {
     pub(crate) record: u32,
     /// Element of the wave buffer where directions begin.
     pub(crate) field: u32,
-    /// Element of the edge buffer where directions are laid down, and then edge constants begin.
-    pub(crate) edges: u32,
     /// Element of the geometry buffer of an entity with positions of its own.
     pub(crate) geometry: Option<u32>,
     /// Word offset of a bit per vertex, once one was needed.
@@ -212,9 +210,7 @@ impl PatternRanges {
         )?;
         let momentum = if local { waves * graph.vertices } else { 0 };
         self.field = self.take(arena, Pool::Wave, 2 * graph.vertices + nodes + momentum)?;
-        // Vertices without an edge have a direction as well.
-        self.edges = self.take(arena, Pool::Edges, edges.max(2 * graph.vertices))?;
-        let mut edge_base = self.edges;
+        let mut edge_base = self.take(arena, Pool::Edges, edges)?;
         let state_base = self.take(arena, Pool::Balance, STATE_WORDS + partials + nodes)?;
         if own_geometry {
             let len = graph.geometry.end - graph.geometry.start;

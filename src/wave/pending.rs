@@ -6,7 +6,7 @@
 
 use super::{
     arena::Pool,
-    frame::{Frame, Step},
+    frame::{BufferCopy, Frame, Step},
     status::GpuStatus,
 };
 use bevy::prelude::*;
@@ -39,6 +39,8 @@ pub(super) struct Merged {
     pub(super) staged: Vec<u8>,
     /// Ascending in `before`.
     pub(super) copies: Vec<StagedCopy>,
+    /// Copies of users' buffers, each before a step; ascending.
+    pub(super) taken: Vec<(usize, BufferCopy)>,
 }
 
 impl Pending {
@@ -93,6 +95,8 @@ impl Pending {
                     bytes: start..merged.staged.len() as u64,
                 });
             }
+            let before = merged.steps.len();
+            merged.taken.extend(frame.copies.into_iter().map(|copy| (before, copy)));
             let first = merged.items.len() as u32;
             merged.items.extend_from_slice(&frame.items);
             merged.sweeps += frame.sweeps;

@@ -2,8 +2,10 @@
 //!
 //! In: [`Work`]. Out: a [`Frame`]. The number of dispatches depends on levels, colours and sweeps, never on the number of entities.
 
+mod smooth;
+
 use super::{
-    frame::{Frame, Pass, ROW, Step, StepUniform},
+    frame::{BufferCopy, Frame, Pass, ROW, Step, StepUniform},
     pack::PackedGraph,
     settings::{ColdStart, SolverSettings},
 };
@@ -56,10 +58,14 @@ pub(crate) struct Sweeps {
 /// Which entities take part in what, this frame.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
-    /// Directions are projected on the GPU.
-    pub(crate) axis: Vec<Member>,
-    /// Directions were uploaded.
-    pub(crate) given: Vec<Member>,
+    /// Fields are smoothed, with so many sweeps over the mesh.
+    pub(crate) smooth: Vec<(Member, u32)>,
+    /// Directions are evaluated.
+    pub(crate) directions: Vec<Member>,
+    /// Frequencies are evaluated.
+    pub(crate) frequencies: Vec<Member>,
+    /// Users' buffers that directions and frequencies come from.
+    pub(crate) copies: Vec<BufferCopy>,
     /// An input changed: edge constants are made anew.
     pub(crate) changed: Vec<Member>,
     /// Start from nothing.
@@ -74,8 +80,9 @@ pub(crate) struct Work {
 
 impl Work {
     pub(crate) fn is_empty(&self) -> bool {
-        self.axis.is_empty()
-            && self.given.is_empty()
+        self.smooth.is_empty()
+            && self.directions.is_empty()
+            && self.frequencies.is_empty()
             && self.changed.is_empty()
             && self.cold.is_empty()
             && self.cycling.is_empty()
@@ -86,9 +93,11 @@ impl Work {
 
 /// The dispatches of a frame. `item`: nodes of one item of work, a multiple of 64.
 pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mut Frame) {
+    frame.copies.extend_from_slice(&work.copies);
     let mut planner = Planner { frame, settings, item };
-    planner.pass_over_vertices(Pass::ProjectAxis, &work.axis);
-    planner.pass_over_vertices(Pass::TakeDirections, &work.given);
+    planner.smooth(&work.smooth);
+    planner.pass_over_vertices(Pass::Directions, &work.directions);
+    planner.pass_over_vertices(Pass::Frequencies, &work.frequencies);
     planner.pass_over_vertices(Pass::EdgeWeights, &work.changed);
     match &settings.cold_start {
         ColdStart::Hierarchy { level_sweeps } => planner.hierarchy(&work.cold, *level_sweeps, false),

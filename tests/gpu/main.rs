@@ -4,6 +4,9 @@ mod budget;
 #[path = "../common/mod.rs"]
 mod common;
 mod creases;
+mod fields;
+mod flow;
+mod frequencies;
 mod life;
 mod signs;
 mod twin;

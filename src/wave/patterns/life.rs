@@ -2,8 +2,10 @@
 //! goes with its entity or its field.
 
 use super::{
-    Changed, Creases, Inputs, Pattern, PatternedItem, Phase, Tools, creases::update_creases, graphs::pack,
-    inputs::update_inputs,
+    Changed, Creases, Inputs, Pattern, PatternedItem, Phase, Tools,
+    creases::update_creases,
+    graphs::pack,
+    inputs::{self, update_inputs},
 };
 use crate::{
     error::PatternError,
@@ -46,10 +48,7 @@ impl Pattern {
             topology: surface.topology,
             geometry: surface.geometry,
             inputs,
-            directions: Vec::new(),
-            uploaded: false,
-            task: None,
-            outdated: false,
+            sources: default(),
             creases: Creases::default(),
             behind: false,
             waited: 0,
@@ -91,6 +90,12 @@ pub(super) fn update_pattern(
         || item.crease.as_ref().is_some_and(|crease| crease.is_changed())
         || item.crease.is_none() && is_crease_error(&item.state)
         || item.space.as_ref().is_some_and(|space| space.is_changed())
+        || item.scalars.as_ref().is_some_and(|scalars| scalars.is_changed())
+        || item
+            .pattern
+            .as_ref()
+            .is_some_and(|pattern| item.scalars.is_none() && pattern.sources.has_scalars())
+        || inputs::look_around(item)
         || matches!(&*item.state, PatternState::Failed(PatternError::MeshTagTaken));
     let own_mesh = item.meshes.is_some_and(|meshes| meshes.drawn == item.mesh.0);
     if !own_mesh && let Some(pattern) = item.pattern.as_mut() {
@@ -177,7 +182,7 @@ pub(super) fn update_pattern(
                 Ok(mut entity) if entity.contains::<DirectionField>() => {
                     entity.insert((pattern, MeshTag(tag), drawn, meshes));
                 }
-                _ => pattern.ranges.free(&mut world.resource_mut::<PatternArena>()),
+                _ => pattern.free(&mut world.resource_mut::<PatternArena>()),
             }
         });
         updated?;
@@ -253,8 +258,12 @@ pub(super) fn release(mut world: DeferredWorld, context: HookContext) {
     let Some(mut pattern) = world.get_mut::<Pattern>(context.entity) else {
         return;
     };
-    let mut ranges = std::mem::take(&mut pattern.ranges);
+    let (mut ranges, mut sources) = (
+        std::mem::take(&mut pattern.ranges),
+        std::mem::take(&mut pattern.sources),
+    );
     if let Some(mut arena) = world.get_resource_mut::<PatternArena>() {
         ranges.free(&mut arena);
+        sources.free(&mut arena);
     }
 }

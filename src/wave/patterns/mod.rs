@@ -12,6 +12,7 @@ mod schedule;
 
 pub(crate) use budget::Pace;
 pub(crate) use graphs::{PackedGraphs, request_surfaces, update_graphs};
+pub(crate) use inputs::{BufferWatch, watch_buffers};
 pub(crate) use life::{remove_pattern, restart};
 
 use super::{
@@ -29,8 +30,7 @@ use super::{
 use crate::{
     arena::Pool as _,
     diagnostics::QualityReport,
-    error::PatternError,
-    field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
+    field::{DirectionField, FieldTime, FieldTurn, Frequency, PatternScalars, PatternSpace, Symmetry},
     surface::{PatternMesh, SurfaceCache, SurfaceGraph},
 };
 use bevy::{
@@ -39,11 +39,11 @@ use bevy::{
     math::Mat3A,
     mesh::MeshTag,
     prelude::*,
-    tasks::Task,
 };
 use budget::{Budget, in_turn};
 use creases::Creases;
 use graphs::forget_unused;
+use inputs::{Sources, Surroundings};
 use life::{fail, release, update_pattern};
 use schedule::{claim, serve};
 use std::{mem::discriminant, sync::Arc};
@@ -63,13 +63,7 @@ pub struct Pattern {
     topology: u32,
     geometry: u32,
     inputs: Inputs,
-    /// Directions as last uploaded; empty where the GPU makes them.
-    directions: Vec<Vec3>,
-    /// Directions were uploaded, and the GPU has not taken them yet.
-    uploaded: bool,
-    task: Option<Task<Result<Directions, PatternError>>>,
-    /// The inputs have changed since the task began.
-    outdated: bool,
+    sources: Sources,
     /// What the pins in the shared buffers were made from, where there are any.
     creases: Creases,
     /// Inputs have changed, and the GPU has not brought its own up to date yet.
@@ -77,12 +71,6 @@ pub struct Pattern {
     /// Frames since it was served, while it has something to do.
     waited: u32,
     phase: Phase,
-}
-
-/// Directions, and what they mean.
-struct Directions {
-    vectors: Vec<Vec3>,
-    symmetry: Symmetry,
 }
 
 /// Small inputs, compared from frame to frame.
@@ -126,6 +114,12 @@ impl Pattern {
         matches!(self.phase, Phase::Warm(_) | Phase::Sweeping(_) | Phase::Asleep)
     }
 
+    /// Gives back all memory.
+    fn free(&mut self, arena: &mut PatternArena) {
+        self.ranges.free(arena);
+        self.sources.free(arena);
+    }
+
     fn is_drawn(&self) -> bool {
         self.record.flags & FLAG_READY != 0
     }
@@ -148,6 +142,8 @@ pub(crate) struct Patterned {
     turn: Option<Ref<'static, FieldTurn>>,
     crease: Option<Ref<'static, CreasePhase>>,
     space: Option<Ref<'static, PatternSpace>>,
+    time: Option<&'static FieldTime>,
+    scalars: Option<Ref<'static, PatternScalars>>,
     transform: Option<&'static GlobalTransform>,
     tag: Option<&'static MeshTag>,
     needs_vector: Option<&'static NeedsVector>,
@@ -167,6 +163,7 @@ pub(crate) struct Tools<'w, 's> {
     graphs: Res<'w, Assets<SurfaceGraph>>,
     meshes: Res<'w, Assets<Mesh>>,
     settings: Res<'w, ValidSettings>,
+    around: Surroundings<'w, 's>,
 }
 
 /// Brings every pattern up to date and collects the work of the frame.

@@ -8,7 +8,7 @@ use super::{
     budget::{Budget, Claim, INPUTS, cycle_cost, start_cost},
 };
 use crate::wave::{
-    layout::{FLAG_AXIS, FLAG_FOLLOW, FLAG_READY},
+    layout::{FLAG_FOLLOW, FLAG_READY},
     plan::{Sweeps, Work},
     settings::{ColdStart, SolverSettings},
     state::PatternState,
@@ -17,12 +17,17 @@ use crate::wave::{
 use bevy::prelude::*;
 
 impl Pattern {
-    /// The GPU brings directions and edge constants up to date.
+    /// The GPU brings directions, frequencies and edge constants up to date.
     fn push_inputs(&mut self, work: &mut Work) {
-        if self.record.flags & FLAG_AXIS != 0 {
-            work.axis.push(self.member());
-        } else if std::mem::take(&mut self.uploaded) {
-            work.given.push(self.member());
+        let due = self.sources.take_due();
+        work.copies.extend(due.direction_copy);
+        work.copies.extend(due.frequency_copy);
+        work.smooth.extend(due.smooth.map(|steps| (self.member(), steps)));
+        if due.directions {
+            work.directions.push(self.member());
+        }
+        if due.frequencies {
+            work.frequencies.push(self.member());
         }
         work.changed.push(self.member());
         self.behind = false;
@@ -95,7 +100,7 @@ pub(super) fn claim(item: &mut PatternedItem, changed: Changed, status: &GpuStat
     if changed == Changed::Inputs {
         pattern.behind = true;
     }
-    if pattern.task.is_some() && pattern.phase == Phase::Asleep {
+    if pattern.sources.is_computing() && pattern.phase == Phase::Asleep {
         // The old field is drawn until the new one is computed.
         item.state.set_if_neq(PatternState::Solving);
     }
