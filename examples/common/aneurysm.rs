@@ -9,7 +9,7 @@ use bevy::prelude::*;
 use glam_matrix_extras::SymmetricMat3;
 
 use super::{
-    implicit::{ellipsoid, gradient, hessian, limb, smooth_union},
+    implicit::{ball, ellipsoid, gradient, hessian, smooth_union},
     isosurface,
     mesh_file::RawMesh,
 };
@@ -45,11 +45,7 @@ impl Aneurysm {
         let dome = Vec3::new(0.12, self.arc + 1.25 * self.sac.y, 0.05);
         let sac = ellipsoid(Quat::from_rotation_z(0.25) * (p - dome), Vec3::ZERO, self.sac);
         // A daughter sac, from where they rupture.
-        let bleb = limb(
-            p,
-            (dome + Vec3::new(0.3, 0.3, 0.1)).extend(0.3),
-            (dome + Vec3::new(0.5, 0.52, 0.2)).extend(0.2),
-        );
+        let bleb = ball(p, dome + Vec3::new(0.4, 0.46, 0.18), 0.24);
         smooth_union(artery, smooth_union(sac, bleb, self.fillet), self.fillet)
     }
 
@@ -81,10 +77,10 @@ impl Aneurysm {
         let angle = 0.5 * uv.atan2(half);
         let around = angle.cos() * u + angle.sin() * v;
         let along = normal.cross(around);
-        // In the neck the wall is nearly flat one way; it is stayed by its surroundings.
-        let flattest = 0.5 / self.sac.max_element();
+        // Where the neck is nearly flat around it is stayed by its surroundings.
+        let flattest = 1.2 / self.sac.max_element();
         let kappa_around = (mean + spread).max(flattest);
-        let kappa_along = (mean - spread).max(-kappa_around);
+        let kappa_along = (mean - spread).max(-0.3 * kappa_around);
         let stress_along = 1.0 / (kappa_around * self.radius);
         let stress_around = stress_along * (2.0 - kappa_along / kappa_around);
         outer(around, stress_around) + outer(along, stress_along)

@@ -22,6 +22,8 @@ pub struct Model<'a> {
     pub name: &'a str,
     pub mesh: Option<&'a RawMesh>,
     pub normals: &'a [Vec3],
+    /// Of the material.
+    pub color: LinearRgba,
     /// Names begin with an underscore.
     pub attributes: &'a [Attribute<'a>],
     /// Displacements of positions and of normals.
@@ -138,7 +140,7 @@ impl Writer {
         [joints, weights]
     }
 
-    /// The motion of the nodes from 1 on, which are the joints, and of node 0, which has the mesh.
+    /// The motion of the nodes from 1 on, which are the joints, and of node 0, which has the mesh and the first joint below it.
     fn animation(&mut self, skin: &Skin) -> Value {
         let times = self.floats("SCALAR", 1, skin.times);
         let (first, last) = (skin.times.first(), skin.times.last());
@@ -177,7 +179,7 @@ pub fn write(model: &Model) -> Vec<u8> {
     for (name, values) in model.attributes {
         attributes[*name] = json!(writer.vectors(values));
     }
-    let mut primitive = json!({ "indices": writer.indices(triangles, positions.len()) });
+    let mut primitive = json!({ "material": 0, "indices": writer.indices(triangles, positions.len()) });
     if !model.morphs.is_empty() {
         let targets: Vec<Value> = model
             .morphs
@@ -194,7 +196,7 @@ pub fn write(model: &Model) -> Vec<u8> {
         (attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (json!(joints), json!(weights));
         let matrices: Vec<f32> = skin.inverse_bindposes.iter().flat_map(Mat4::to_cols_array).collect();
         let bindposes = writer.floats("MAT4", 16, &matrices);
-        root["skin"] = json!(0);
+        (root["skin"], root["children"]) = (json!(0), json!([1]));
         let all: Vec<usize> = (1..=skin.joints.len()).collect();
         file["skins"] = json!([{ "joints": all, "inverseBindMatrices": bindposes, "skeleton": 1 }]);
         file["animations"] = writer.animation(skin);
@@ -217,9 +219,14 @@ pub fn write(model: &Model) -> Vec<u8> {
         mesh["extras"] = json!({ "targetNames": names });
         mesh["weights"] = json!(vec![0.0; names.len()]);
     }
-    let roots: Vec<usize> = if nodes.is_empty() { vec![0] } else { vec![0, 1] };
     nodes.insert(0, root);
-    file["scenes"] = json!([{ "name": model.name, "nodes": roots }]);
+    file["scenes"] = json!([{ "name": model.name, "nodes": [0] }]);
+    file["materials"] = json!([{
+        "doubleSided": true,
+        "pbrMetallicRoughness": {
+            "baseColorFactor": model.color.to_f32_array(), "metallicFactor": 0.0, "roughnessFactor": 0.6,
+        },
+    }]);
     (file["nodes"], file["meshes"]) = (json!(nodes), json!([mesh]));
     (file["bufferViews"], file["accessors"]) = (json!(writer.views), json!(writer.accessors));
     file["buffers"] = json!([{ "byteLength": writer.bytes.len() }]);

@@ -27,7 +27,7 @@ pub const FIELD_ATTRIBUTE: MeshVertexAttribute =
 pub const TENSOR_DIAGONAL_ATTRIBUTE: MeshVertexAttribute =
     MeshVertexAttribute::new("TensorDiagonal", 0x0F1E_1D06, VertexFormat::Float32x3);
 
-/// The attribute `_TENSOR_OFFDIAGONAL` of a file: xy, xz, yz of that tensor.
+/// The attribute `_TENSOR_OFFDIAGONAL` of a file: xy, yz, xz of that tensor.
 pub const TENSOR_OFFDIAGONAL_ATTRIBUTE: MeshVertexAttribute =
     MeshVertexAttribute::new("TensorOffdiagonal", 0x0F1E_1D07, VertexFormat::Float32x3);
 

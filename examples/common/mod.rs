@@ -9,12 +9,14 @@
 
 pub mod aneurysm;
 pub mod args;
+pub mod clock;
 pub mod creature;
 pub mod creature_walk;
 pub mod flag;
 pub mod flat;
 pub mod glb;
 pub mod gltf;
+pub mod glyphs;
 pub mod gpu;
 pub mod headless;
 pub mod hyperball;

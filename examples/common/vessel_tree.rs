@@ -50,6 +50,13 @@ pub struct VesselTree {
     tubes: Vec<Tube>,
 }
 
+impl Default for VesselTree {
+    /// A tree about 2.5 units high, in a room like an egg.
+    fn default() -> Self {
+        Self::grow(&Growth::default(), |p| (p / Vec3::new(1.3, 1.2, 0.9)).length() - 1.0)
+    }
+}
+
 /// A branch that is yet to grow.
 struct Bud {
     from: Vec3,

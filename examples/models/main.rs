@@ -27,7 +27,7 @@ use common::{
     organs::Organs,
     points,
     scene::Subject,
-    vessel_tree::{Growth, VesselTree},
+    vessel_tree::VesselTree,
 };
 use std::{path::PathBuf, process::ExitCode};
 
@@ -128,8 +128,7 @@ fn show(model: Model, stripes: bool, mut looks: Looks) {
             vec![(points::discs(&cloud, 0.012), DirectionField::Axis(Dir3::Y))]
         }
         Model::Vessels => {
-            let room = |p: Vec3| (p / Vec3::new(1.0, 1.05, 0.8)).length() - 1.0;
-            let tree = VesselTree::grow(&Growth::default(), room);
+            let tree = VesselTree::default();
             let mesh = tree.mesh(0.016);
             let flow = mesh.positions.iter().map(|&p| tree.flow(p)).collect();
             vec![(mesh, field(flow))]

@@ -13,7 +13,7 @@ use crate::common::{
     glb::{self, Model, Skin},
     hyperball::Hyperball,
     mesh_file::{RawMesh, smooth_normals},
-    vessel_tree::{Growth, VesselTree},
+    vessel_tree::VesselTree,
 };
 
 /// Key frames of the walk; the last is the first.
@@ -44,6 +44,7 @@ fn plain(name: &str, mesh: &RawMesh, attributes: &[glb::Attribute]) -> Vec<u8> {
         name,
         mesh: Some(mesh),
         normals: &smooth_normals(mesh),
+        color: LinearRgba::rgb(0.75, 0.7, 0.65),
         attributes,
         ..default()
     })
@@ -54,7 +55,7 @@ fn aneurysm() -> Vec<u8> {
     let mesh = shape.mesh(0.045);
     let stress = shape.stress(&mesh);
     let diagonal: Vec<Vec3> = stress.iter().map(|t| Vec3::new(t.m00, t.m11, t.m22)).collect();
-    let others: Vec<Vec3> = stress.iter().map(|t| Vec3::new(t.m01, t.m02, t.m12)).collect();
+    let others: Vec<Vec3> = stress.iter().map(|t| Vec3::new(t.m01, t.m12, t.m02)).collect();
     plain(
         "aneurysm",
         &mesh,
@@ -63,8 +64,7 @@ fn aneurysm() -> Vec<u8> {
 }
 
 fn vessels() -> Vec<u8> {
-    let room = |p: Vec3| (p / Vec3::new(1.0, 1.05, 0.8)).length() - 1.0;
-    let tree = VesselTree::grow(&Growth::default(), room);
+    let tree = VesselTree::default();
     let mesh = tree.mesh(0.02);
     let flow: Vec<Vec3> = mesh.positions.iter().map(|&p| tree.flow(p)).collect();
     plain("vessels", &mesh, &[("_FIELD", &flow)])
@@ -102,6 +102,7 @@ fn creature() -> Vec<u8> {
         name: "creature",
         mesh: Some(&creature.mesh),
         normals: &smooth_normals(&creature.mesh),
+        color: LinearRgba::rgb(0.78, 0.45, 0.15),
         attributes: &[("_FIELD", &creature.along)],
         morphs: &morphs,
         skin: Some(Skin {
