@@ -26,7 +26,7 @@ struct Args {
 /// Samples per texel, along each side.
 const SAMPLES: u32 = 4;
 /// Sides of an image, and of a tile of an atlas.
-const SIZE: u32 = 256;
+const SIZE: u32 = 192;
 const TILE: u32 = 128;
 
 /// A colour (sRGB) and how opaque it is at a point.

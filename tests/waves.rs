@@ -5,12 +5,12 @@ mod common;
 
 use bevy::prelude::*;
 use bevy_field_patterns::{
-    field::{Principal, directions},
+    field::directions,
     prelude::*,
     surface::{SurfaceGraph, WeldOptions},
     wave::{
         Coupling,
-        kite::{phasor, reversed},
+        kite::{self, phasor, reversed},
         shade::Corners,
         shade_pair::{PairCorners, pair_in_triangle},
         solver::{edges, energy, hash_turns, solve_cpu},
@@ -34,19 +34,21 @@ fn graph_of(raw: &RawMesh) -> SurfaceGraph {
     SurfaceGraph::from_triangles(&raw.positions, &raw.triangles, &WeldOptions::default()).unwrap()
 }
 
-fn curvature(graph: &SurfaceGraph, raw: &RawMesh) -> Vec<Vec3> {
-    let field = DirectionField::PrincipalCurvature {
-        direction: Principal::Major,
-        smoothing: 30,
+/// A field on a sphere that is smooth as a cross on the cube it is swollen from, with singularities of a quarter turn at
+/// the corners.
+fn cube_field() -> (SurfaceGraph, Vec<Vec3>) {
+    let graph = graph_of(&shapes::icosphere(4, 1.0));
+    let along = |n: &Vec3| {
+        let a = n.abs();
+        let edge = match () {
+            () if a.x >= a.y && a.x >= a.z => Vec3::Y,
+            () if a.y >= a.z => Vec3::Z,
+            () => Vec3::X,
+        };
+        edge.reject_from(*n).normalize()
     };
-    directions(
-        &field,
-        Symmetry::Line,
-        0.0,
-        graph,
-        &common::mesh_file::to_bevy_mesh(raw),
-    )
-    .unwrap()
+    let d = graph.normals.iter().map(along).collect();
+    (graph, d)
 }
 
 /// What the operator says of a frame that is turned by so many quarter turns, and its phasors with it.
@@ -81,9 +83,7 @@ fn two_waves_of_a_vector_field_are_two_single_waves() {
 
 #[test]
 fn quarter_turns_of_the_frames_change_nothing_about_a_cross_field() {
-    let raw = shapes::torus(60, 30, 1.0, 0.4, 0.25, 4);
-    let graph = graph_of(&raw);
-    let d = curvature(&graph, &raw);
+    let (graph, d) = cube_field();
     let f = vec![6.0; graph.len()];
     let quarters: Vec<usize> = (0..graph.len() as u32)
         .map(|v| (4.0 * hash_turns(v.wrapping_mul(7919))) as usize % 4)
@@ -107,12 +107,12 @@ fn quarter_turns_of_the_frames_change_nothing_about_a_cross_field() {
     // Solved anew, too.
     let again = solve_cpu(&graph, &turned, &f, CROSS, &default()).phasors;
     let again = measure(&turned, CROSS, &again);
-    assert!((again / before - 1.0).abs() < 0.1, "{before} {again}");
+    assert!(again < 1.2 * before, "{before} {again}");
     // Two waves that are not linked do not survive it.
     let lines = orthogonal(Symmetry::Line, 1.0);
     let apart = solve_cpu(&graph, &turned, &f, lines, &default()).phasors;
     let apart = measure(&turned, lines, &apart);
-    assert!(apart > 2.0 * before, "{before} {apart}");
+    assert!(apart > 1.2 * before, "{before} {apart}");
 }
 
 #[test]
@@ -131,14 +131,16 @@ fn quarter_turns_are_reciprocal() {
     }
 }
 
-/// A wave along every edge of every triangle: sums that a texture of the right symmetry would show on both of its sides.
+fn shape(uv: Vec2) -> Vec2 {
+    uv - Vec2::splat(0.5)
+}
+
+/// Textures that half turns or quarter turns leave alone look the same from both sides of every edge.
 #[test]
 fn textures_of_the_right_symmetry_have_no_seams() {
-    let raw = shapes::torus(48, 24, 1.0, 0.4, 0.25, 5);
-    let graph = graph_of(&raw);
-    let d = curvature(&graph, &raw);
+    let (graph, d) = cube_field();
     let f = vec![6.0; graph.len()];
-    let shape = |p: Vec2| p - Vec2::splat(0.5);
+
     // Half turns leave the first alone, quarter turns the second; the third has no symmetry.
     let half = |uv: Vec2| (shape(uv).x * 5.0).cos() + shape(uv).x * shape(uv).y;
     let quarter = |uv: Vec2| (shape(uv).x * 5.0).cos() + (shape(uv).y * 5.0).cos();
@@ -200,6 +202,60 @@ fn textures_of_the_right_symmetry_have_no_seams() {
     let (worst, odd) = jump(CROSS, &turned, &quarter);
     assert!(worst < 1e-3 && odd > 0, "{worst} {odd}");
     assert!(jump(CROSS, &turned, &half).0 > 0.1, "the test can fail");
+}
+
+/// With vector symmetry an arrow drawn along u points with the field, not against it, wherever the wave is sure.
+#[test]
+fn arrows_point_with_a_vector_field() {
+    let raw = shapes::torus(60, 30, 1.0, 0.4, 0.25, 6);
+    let graph = graph_of(&raw);
+    let mesh = common::mesh_file::to_bevy_mesh(&raw);
+    let axis = DirectionField::Axis(Dir3::Y);
+    let d = directions(&axis, Symmetry::Vector, 0.0, &graph, &mesh).unwrap();
+    let f = vec![6.0; graph.len()];
+    let coupling = orthogonal(Symmetry::Vector, 1.0);
+    let z = solve_cpu(&graph, &d, &f, coupling, &default()).phasors;
+    // A stripe begins or ends here.
+    let winds = |v: [usize; 3], r: usize, z: &[Vec2]| {
+        let turns: f32 = (0..3)
+            .map(|c| {
+                let (i, j) = (v[(c + 1) % 3], v[c]);
+                let direction = |v: usize| if r == 0 { d[v] } else { graph.normals[v].cross(d[v]) };
+                let step = graph.positions[i] - graph.positions[j];
+                let asked = 6.0 * kite::aligned_distance(step, direction(j), direction(i));
+                let found = (z[2 * i + r].to_angle() - z[2 * j + r].to_angle()) / std::f32::consts::TAU;
+                asked + (found - asked) - (found - asked).round()
+            })
+            .sum();
+        turns.round() != 0.0
+    };
+    let against = |z: &[Vec2]| {
+        let (mut sure, mut against) = (0, 0);
+        for &triangle in &graph.triangles {
+            let v = triangle.map(|v| v as usize);
+            // Nor where the field itself turns within a triangle, as it does where the axis is normal to the surface.
+            let straight = v.map(|v| d[v]).iter().sum::<Vec3>().length() > 2.7;
+            if !straight || (0..2).any(|r| winds(v, r, z)) {
+                continue;
+            }
+            let corners = [0, 1].map(|r| Corners {
+                position: v.map(|v| graph.positions[v]),
+                direction: v.map(|v| if r == 0 { d[v] } else { graph.normals[v].cross(d[v]) }),
+                frequency: Vec3::splat(6.0),
+                z: v.map(|v| z[2 * v + r]),
+            });
+            for wave in pair_in_triangle(&corners, coupling, Vec3::splat(1.0 / 3.0))[0].waves {
+                sure += usize::from(wave.confidence > 0.8);
+                against += usize::from(wave.confidence > 0.8 && wave.gradient.dot(wave.direction) <= 0.0);
+            }
+        }
+        (sure, against)
+    };
+    let (sure, wrong) = against(&z);
+    assert!(sure > graph.triangles.len() && wrong == 0, "{wrong} of {sure}");
+    // Phases that run backwards are found.
+    let backwards: Vec<Vec2> = z.iter().map(|&z| reversed(z)).collect();
+    assert!(against(&backwards).1 > 0 || against(&backwards).0 < sure / 4);
 }
 
 /// Bent surfaces without curvature: what is right is known in closed form.

@@ -229,7 +229,7 @@ fn drawing_at(point: PatternPoint, wave: Wave, place: Place, luminance: f32, lit
 }
 
 // What prepasses and shadow maps see of a drawing.
-fn paint_pattern(point: PatternPoint, world_position: vec3<f32>, time: f32) -> Paint {
+fn paint_pattern(point: PatternPoint, frag_coord: vec4<f32>, world_position: vec3<f32>, time: f32) -> Paint {
     let place = place_of(point, world_position);
     let wave = sample_wave(point);
 #ifdef HATCH_LIGHT

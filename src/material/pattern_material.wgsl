@@ -84,7 +84,7 @@ fn fragment(
 
     var pbr = pbr_input_from_standard_material(in, is_front);
     pbr.material.base_color = alpha_discard(pbr.material, pbr.material.base_color);
-    let paint = paint_pattern(point, pbr.world_position.xyz, globals.time);
+    let paint = paint_pattern(point, in.position, pbr.world_position.xyz, globals.time);
     if paint.defined {
         apply_paint(&pbr, paint, frame);
     }

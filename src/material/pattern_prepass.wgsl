@@ -63,7 +63,7 @@ fn fragment(
     normal = prepass_normal(in, is_front);
 #endif
 
-    let paint = paint_pattern(point, in.world_position.xyz, globals.time);
+    let paint = paint_pattern(point, in.position, in.world_position.xyz, globals.time);
     if paint.defined {
         cut_out(paint, in.position);
 #ifdef PATTERN_BUMP
@@ -82,7 +82,7 @@ fn fragment(
     let point = pattern_point(pattern, barycentrics);
     pbr_prepass_functions::prepass_alpha_discard(in);
 #ifdef PATTERN_CUTOUT
-    let paint = paint_pattern(point, in.world_position.xyz, globals.time);
+    let paint = paint_pattern(point, in.position, in.world_position.xyz, globals.time);
     if paint.defined {
         cut_out(paint, in.position);
     }

@@ -167,7 +167,7 @@ fn stripe_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>, time: f
     return out;
 }
 
-fn paint_pattern(point: PatternPoint, world_position: vec3<f32>, time: f32) -> Paint {
+fn paint_pattern(point: PatternPoint, frag_coord: vec4<f32>, world_position: vec3<f32>, time: f32) -> Paint {
     var paint: Paint;
     let wave = sample_wave(point);
     if !wave.defined {

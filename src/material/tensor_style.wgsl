@@ -132,7 +132,7 @@ fn tensor_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>) -> Tens
     return out;
 }
 
-fn paint_pattern(point: PatternPoint, world_position: vec3<f32>, time: f32) -> Paint {
+fn paint_pattern(point: PatternPoint, frag_coord: vec4<f32>, world_position: vec3<f32>, time: f32) -> Paint {
     var paint: Paint;
     let wave = sample_wave(point);
     if !wave.defined {

@@ -64,8 +64,8 @@ pub type PatternTextureMaterial = ExtendedMaterial<StandardMaterial, PatternText
 
 /// The style of textures; the extension of [`PatternTextureMaterial`], which says which images fit which field.
 ///
-/// The image lies over the base colour with its alpha. It is read through a repeating, trilinear and anisotropic sampler,
-/// whatever its own sampler is; images of one level get mip levels as soon as they are loaded
+/// The image lies over the base colour with its alpha. It repeats and is filtered trilinearly and anisotropically, whatever
+/// its own sampler is; images of one level get mip levels as soon as they are loaded
 /// ([`with_mipmaps`](super::with_mipmaps)).
 #[derive(Asset, Reflect, Debug, Clone, PartialEq)]
 #[reflect(Default, Clone, PartialEq)]
@@ -280,7 +280,6 @@ impl AsBindGroup for PatternTexture {
             mag_filter: FilterMode::Linear,
             min_filter: FilterMode::Linear,
             mipmap_filter: MipmapFilterMode::Linear,
-            anisotropy_clamp: 16,
             ..default()
         });
         for (index, resource) in &mut group.bindings.0 {

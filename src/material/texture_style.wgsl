@@ -21,8 +21,10 @@ const COLOR_BY_SECOND: u32 = 2u;
 const TILE_BY_SECOND: u32 = 4u;
 const HEIGHT_LUMINANCE: u32 = 1u;
 const LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
-// Samples along each side of a pixel: what the texture unit filters over half a pixel is sharper than over a whole one.
-const TAPS: u32 = 2u;
+// Samples along each side of a pixel. Two at least: what a texture unit filters over half a pixel is sharper.
+const MIN_TAPS: f32 = 2.0;
+const MAX_TAPS: f32 = 6.0;
+const MAX_PIECES: u32 = 3u;
 // Behind the smallest level of any image.
 const LAST_LEVEL: f32 = 16.0;
 
@@ -62,6 +64,19 @@ struct Reading {
     // Of the atlas.
     tile: u32,
     quiet: bool,
+}
+
+// The value, or the mean of those of the fragment's 2x2 quad that are `there`. A texture unit may take the gradients of one
+// invocation for all four, also of one that only helps and does not see the buffers.
+fn quad_shared(value: vec4<f32>, there: bool, frag_coord: vec4<f32>) -> vec4<f32> {
+    let side = 1.0 - 2.0 * (floor(frag_coord.xy) - 2.0 * floor(0.5 * frag_coord.xy));
+    let own = select(vec4(0.0), value, there);
+    let one = select(0.0, 1.0, there);
+    let row = 2.0 * own + side.x * dpdxFine(own);
+    let row_count = 2.0 * one + side.x * dpdxFine(one);
+    let sum = 2.0 * row + side.y * dpdyFine(row);
+    let count = 2.0 * row_count + side.y * dpdyFine(row_count);
+    return select(sum / max(count, 1.0), value, there);
 }
 
 fn scalar_of(scalars: vec2<f32>, second: u32) -> f32 {
@@ -104,15 +119,23 @@ fn texel(reading: Reading, uv: vec2<f32>, dx: vec2<f32>, dy: vec2<f32>) -> vec4<
     return loud_texel(reading, uv, dx, dy);
 }
 
-// The mean over the pixel, which is a parallelogram of the image.
+// The mean over the pixel, which is a parallelogram of the image: of samples that lie in it as a grid, each as wide as a part
+// of the grid. Many where the parallelogram is long and narrow: not left to anisotropic samplers, of which some take
+// gradients of their own.
 fn filtered(reading: Reading) -> vec4<f32> {
+    let lengths = vec2(length(reading.dx), length(reading.dy));
+    let area = abs(reading.dx.x * reading.dy.y - reading.dx.y * reading.dy.x);
+    let narrow = area / max(max(lengths.x, lengths.y), 1e-20);
+    let taps = vec2<u32>(clamp(ceil(2.0 * lengths / max(narrow, 1e-20)), vec2(MIN_TAPS), vec2(MAX_TAPS)));
+    let part = 1.0 / vec2<f32>(taps);
+    let dx = part.x * reading.dx;
+    let dy = part.y * reading.dy;
     var sum = vec4(0.0);
-    let part = 1.0 / f32(TAPS);
-    for (var k = 0u; k < TAPS * TAPS; k++) {
-        let at = (vec2(f32(k % TAPS), f32(k / TAPS)) + 0.5) * part - 0.5;
-        sum += texel(reading, reading.uv + at.x * reading.dx + at.y * reading.dy, part * reading.dx, part * reading.dy);
+    for (var k = 0u; k < taps.x * taps.y; k++) {
+        let at = (vec2(f32(k % taps.x), f32(k / taps.x)) + 0.5) - 0.5 * vec2<f32>(taps);
+        sum += texel(reading, reading.uv + at.x * dx + at.y * dy, dx, dy);
     }
-    return sum * part * part;
+    return sum * part.x * part.y;
 }
 
 // The mean over the image, or over a tile of it.
@@ -205,12 +228,9 @@ fn scalar_color(scalars: vec2<f32>) -> vec4<f32> {
 }
 #endif
 
-fn paint_pattern(point: PatternPoint, world_position: vec3<f32>, time: f32) -> Paint {
+fn paint_pattern(point: PatternPoint, frag_coord: vec4<f32>, world_position: vec3<f32>, time: f32) -> Paint {
     var paint: Paint;
     let frame = pattern_frame(point);
-    if frame.pieces == 0u {
-        return paint;
-    }
     let scalars = sample_scalars(point);
     var quiet = 0.0;
 #ifdef TEXTURE_FADE
@@ -219,22 +239,33 @@ fn paint_pattern(point: PatternPoint, world_position: vec3<f32>, time: f32) -> P
 
     var color = vec4(0.0);
     var slope = vec2(0.0);
-    for (var piece = 0u; piece < frame.pieces; piece++) {
-        let pair = sample_pair(frame, point, piece);
-        let place = texture_point(pair);
+    for (var piece = 0u; piece < MAX_PIECES; piece++) {
+        let there = piece < frame.pieces;
+        var place: TexturePoint;
+        var frequency = 0.0;
+        if there {
+            let pair = sample_pair(frame, point, piece);
+            place = texture_point(pair);
+            frequency = pair.first.frequency;
+        }
+        // In uniform control flow, for it takes derivatives.
+        let gradient = quad_shared(vec4(place.dx, place.dy), there, frag_coord);
+        if !there {
+            continue;
+        }
         let footprint = max(length(place.dx), length(place.dy));
         paint.periods += place.weight * style.filter_width * footprint;
         // At a branch the phases mean nothing: fade to the mean.
         let certain = smoothstep(0.05, 0.3, place.confidence);
         for (var copy = 0u; copy < COPIES; copy++) {
-            let travelled = copy_of(copy, pair.first.frequency, time);
+            let travelled = copy_of(copy, frequency, time);
             let shift = select(vec2(0.0), vec2(travelled.x, 0.0) + style.offset, frame.vector);
             // The rows of an image go down.
             let uv = vec2(place.uv.x - shift.x, 1.0 - place.uv.y + shift.y);
-            var reading = Reading(
+            let reading = Reading(
                 fract(uv),
-                style.filter_width * place.dx * vec2(1.0, -1.0),
-                style.filter_width * place.dy * vec2(1.0, -1.0),
+                style.filter_width * gradient.xy * vec2(1.0, -1.0),
+                style.filter_width * gradient.zw * vec2(1.0, -1.0),
                 tile_at(point, scalars, shift, footprint),
                 false,
             );
@@ -248,7 +279,7 @@ fn paint_pattern(point: PatternPoint, world_position: vec3<f32>, time: f32) -> P
 
     let focus = focus_weight(style.focus, world_position);
     let strength = limited(style.focus, focus, FOCUS_COLOR);
-    paint.defined = true;
+    paint.defined = frame.pieces > 0u;
     paint.solid = mix(1.0, color.a, limited(style.focus, focus, FOCUS_CUTOUT));
     paint.roughness = color.a * strength * style.drive.z;
     paint.slope = slope * strength * style.drive.w;

@@ -26,11 +26,11 @@
 // Do not import a function under the name of a field (`kite::phasor` and `wave.phasor`): naga_oil replaces both.
 
 #import bevy_field_patterns::kite::{Coupling, TAU}
-#import bevy_field_patterns::layout::{FLAG_CROSS, FLAG_READY, FLAG_VECTOR}
+#import bevy_field_patterns::layout::{FLAG_CROSS, FLAG_DISCS, FLAG_READY, FLAG_VECTOR}
 #import bevy_field_patterns::triangle_pair::{
     PairCorners, Turns, WavePair, corner_turns, pair_in_triangle, pair_pieces,
 }
-#import bevy_field_patterns::triangle_wave::{Corners, Wave, add_share, blended, wave_in_triangle}
+#import bevy_field_patterns::triangle_wave::{Corners, Wave, add_share, blended, spread_disc, wave_in_triangle}
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(100) var<storage, read> surface: array<u32>;
 @group(#{MATERIAL_BIND_GROUP}) @binding(101) var<storage, read> geometry: array<vec4<f32>>;
@@ -233,6 +233,10 @@ fn load_corners(point: PatternPoint, r: u32) -> Corners {
             corners.direction[m] = cross(geometry[geometry_base + 2u * vertex + 1u].xyz, d);
             corners.frequency[m] = zf.y * bitcast<f32>(surface[point.tag + 18u]);
         }
+    }
+    if (surface[point.tag + 2u] & FLAG_DISCS) != 0u {
+        let axes = geometry_base + 2u * surface[point.tag] + 2u * surface[triangle];
+        corners = spread_disc(corners, point.triangle, geometry[axes].xyz, geometry[axes + 1u].xyz);
     }
     return corners;
 }

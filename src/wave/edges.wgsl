@@ -6,14 +6,14 @@
     Coupling, Frame, aligned_distance, direction_of, phasor, quarter_turns, turned_reversed, turned_wave,
 }
 #import bevy_field_patterns::passes::{
-    surface, geometry, wave, edges, balance, load_item, load_level, with_flip, with_swap, WORKGROUP,
+    surface, geometry, wave, edges, balance, load_item, load_level, pull_of, with_flip, with_swap, WORKGROUP,
 }
 
 fn load_frame(geometry_base: u32, d: vec3<f32>, i: u32) -> Frame {
     return Frame(d, cross(geometry[geometry_base + 2u * i + 1u].xyz, d));
 }
 
-// w e^{i phase}, flip and source of every directed edge into a vertex, and 1 / sum of weights.
+// w e^{i phase}, flip and source of every directed edge into a vertex, and 1 / sum of weights, that of a pin among them.
 fn weigh_vertex(record: u32, level: LevelRecord, i: u32) {
     let flags = surface[record + 2u];
     let coupling = Coupling(level.waves, (flags & FLAG_VECTOR) != 0u, (flags & FLAG_CROSS) != 0u);
@@ -44,7 +44,8 @@ fn weigh_vertex(record: u32, level: LevelRecord, i: u32) {
         }
     }
     for (var r = 0u; r < level.waves; r++) {
-        balance[level.balance_base + level.waves * i + r] = select(0.0, 1.0 / sum[r], sum[r] > 0.0);
+        let total = sum[r] + abs(pull_of(record, r, i));
+        balance[level.balance_base + level.waves * i + r] = select(0.0, 1.0 / total, total > 0.0);
     }
 }
 

@@ -32,23 +32,28 @@ impl Child {
 /// Chooses how every child follows its parent, and sets its phasor to what it sees of its root, whose own is 1 (cold
 /// start).
 pub fn align(level: &Level, edges: &Edges, z: &mut [Vec2], children: &mut [Child]) {
-    let waves = edges.waves();
     for (node, (z, child)) in z.iter_mut().zip(children).enumerate() {
-        let (i, r) = (node / waves, node % waves);
-        let parent = level.parents[i] as usize;
-        let root = level.children[level.child_offsets[parent] as usize];
-        (*z, *child) = (Vec2::X, Child::default());
-        let range = level.edges(i);
-        if let Ok(n) = level.neighbors[range.clone()].binary_search(&root) {
-            let k = range.start + n;
-            let [a, b] = edges.pair(k, r);
-            *z = normalize_or(a + b, Vec2::X);
-            *child = Child {
-                reversed: a.length_squared() < b.length_squared(),
-                swap: edges.source(k, r) != r,
-            };
-        }
+        (*child, *z) = joined(level, edges, node);
     }
+}
+
+/// How a node follows its parent, and what it sees of its root where the root's own phasor is 1.
+fn joined(level: &Level, edges: &Edges, node: usize) -> (Child, Vec2) {
+    let waves = edges.waves();
+    let (i, r) = (node / waves, node % waves);
+    let parent = level.parents[i] as usize;
+    let root = level.children[level.child_offsets[parent] as usize];
+    let range = level.edges(i);
+    let Ok(n) = level.neighbors[range.clone()].binary_search(&root) else {
+        return (Child::default(), Vec2::X);
+    };
+    let k = range.start + n;
+    let [a, b] = edges.pair(k, r);
+    let child = Child {
+        reversed: a.length_squared() < b.length_squared(),
+        swap: edges.source(k, r) != r,
+    };
+    (child, normalize_or(a + b, Vec2::X))
 }
 
 /// The weights A, B of the coarser level: sums over the fine edges between two aggregates p < q. The edge back has the
@@ -125,16 +130,36 @@ pub fn prolong(level: &Level, y: &[Vec2], children: &[Child], z: &mut [Vec2]) {
 
 /// The Galerkin cold start: up the levels aligning and coarsening, down again rotating and sweeping.
 pub(super) fn cold_start(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32) -> Vec<Vec2> {
+    let nodes = fine.waves() * graph.mesh_level().len();
+    let mut z = vec![Vec2::X; nodes];
+    cycle(graph, fine, level_sweeps, omega, true, &mut z);
+    z
+}
+
+/// A V-cycle (warm start): aggregates of ever coarser levels turn as a whole to where they fit better, starting from the
+/// phasors as they are. Of phasors with a modulus the surer count more. On unit phasors it raises the energy no more than
+/// the edges that flip inside an aggregate do.
+pub fn v_cycle(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32, z: &mut [Vec2]) {
+    cycle(graph, fine, level_sweeps, omega, false, z);
+}
+
+/// Up the levels coarsening, where `aligning` after children took what they see of their root; down again sweeping and
+/// rotating.
+fn cycle(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32, aligning: bool, z: &mut [Vec2]) {
     let levels = &graph.levels;
     let mut coarse_edges: Vec<Edges> = Vec::new();
-    let waves = fine.waves();
     let mut states: Vec<(Vec<Vec2>, Vec<Child>)> = Vec::new();
     for (n, level) in levels.iter().enumerate() {
         let edges = if n == 0 { fine } else { &coarse_edges[n - 1] };
-        let nodes = waves * level.len();
-        let (mut z, mut children) = (vec![Vec2::X; nodes], vec![Child::default(); nodes]);
+        let nodes = fine.waves() * level.len();
+        let mut z = if n == 0 { z.to_vec() } else { vec![Vec2::X; nodes] };
+        let mut children = vec![Child::default(); nodes];
         if let Some(coarse) = levels.get(n + 1) {
-            align(level, edges, &mut z, &mut children);
+            if aligning {
+                align(level, edges, &mut z, &mut children);
+            } else {
+                children = (0..nodes).map(|node| joined(level, edges, node).0).collect();
+            }
             let coarsened = coarsen(level, edges, &z, &children, coarse);
             coarse_edges.push(coarsened);
         }
@@ -154,5 +179,5 @@ pub(super) fn cold_start(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, 
         }
         y = std::mem::take(z);
     }
-    y
+    z.copy_from_slice(&y);
 }

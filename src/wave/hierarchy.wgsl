@@ -1,4 +1,5 @@
-// The Galerkin hierarchy of the cold start: up the levels aligning and coarsening, down again rotating and sweeping.
+// The Galerkin hierarchy of the cold start: up the levels aligning and coarsening, down again rotating and sweeping; and
+// the V-cycle of a warm start, which does the same with phasors as they are.
 // Glossary in `passes.wgsl`.
 
 #import bevy_field_patterns::layout::LevelRecord
@@ -26,7 +27,11 @@ fn align_node(level: LevelRecord, index: u32, i: u32) {
             negative = dot(ab.xy, ab.xy) < dot(ab.zw, ab.zw);
             swap = r ^ source_wave(level, index, k, r);
         }
-        wave[level.node_base + own] = z;
+        if step.keep == 0u {
+            wave[level.node_base + own] = z;
+        } else if index > 0u {
+            wave[level.node_base + own] = vec2(1.0, 0.0);
+        }
         store_child(level, index, own, negative, swap);
     }
 }

@@ -45,6 +45,12 @@ pub(super) fn solve_local(graph: &SurfaceGraph, edges: &Edges, sums: &[f32], rul
         .into_iter()
         .flat_map(|id| (0..edges.waves() as u32).map(move |r| phasor(hash_turns(id ^ (r << 31)))))
         .collect();
+    let sweeps = settle(level, edges, sums, rule, &mut z);
+    Solution { phasors: z, sweeps }
+}
+
+/// Sweeps of the local rule until the energy settles (Eq. 12); how many.
+pub(super) fn settle(level: &Level, edges: &Edges, sums: &[f32], rule: &LocalRule, z: &mut [Vec2]) -> u32 {
     let mut delta = vec![Vec2::ZERO; z.len()];
     let mut before = f32::INFINITY;
     let mut sweeps = 0;
@@ -53,15 +59,15 @@ pub(super) fn solve_local(graph: &SurfaceGraph, edges: &Edges, sums: &[f32], rul
             true => level.colors() - level.colors() / 3,
             false => level.colors(),
         };
-        sweep_local(level, edges, &mut z, &mut delta, rule.momentum, colors);
+        sweep_local(level, edges, z, &mut delta, rule.momentum, colors);
         sweeps += 1;
         if rule.epsilon > 0.0 {
-            let now = energy(level, edges, sums, &z);
+            let now = energy(level, edges, sums, z);
             if (before - now).abs() < rule.epsilon * before {
                 break;
             }
             before = now;
         }
     }
-    Solution { phasors: z, sweeps }
+    sweeps
 }

@@ -2,7 +2,7 @@
 
 use super::{
     arena::{PatternArena, Pool},
-    layout::{LevelRecord, PatternRecord},
+    layout::{FLAG_DISCS, LevelRecord, PatternRecord},
 };
 use crate::{error::PatternError, surface::SurfaceGraph};
 use bevy::math::{Vec3, Vec4};
@@ -22,6 +22,8 @@ pub(crate) struct PackedGraph {
     pub(crate) geometry: Range<u32>,
     pub(crate) vertices: u32,
     pub(crate) triangles: u32,
+    /// Vertices are drawn as discs.
+    pub(crate) cloud: bool,
     pub(crate) levels: Vec<PackedLevel>,
 }
 
@@ -33,13 +35,14 @@ pub(crate) struct PackedLevel {
     pub(crate) classes: Vec<u32>,
 }
 
-/// (position, area) and (normal, id) per vertex, with positions and normals that may be elsewhere than the graph's own; the
-/// id is the bits of the graph's first mesh vertex there.
-pub(crate) fn geometry(graph: &SurfaceGraph, positions: &[Vec3], normals: &[Vec3]) -> Vec<Vec4> {
+/// (position, area) and (normal, id) per vertex, then the half axes of discs where the graph has any, with positions,
+/// normals and axes that may be elsewhere than the graph's own; the id is the bits of the graph's first mesh vertex there.
+pub(crate) fn geometry(graph: &SurfaceGraph, positions: &[Vec3], normals: &[Vec3], discs: &[[Vec3; 2]]) -> Vec<Vec4> {
     let ids = graph.first_vertices();
     let vertices = positions.iter().zip(&graph.areas).zip(normals).zip(ids);
     vertices
         .flat_map(|(((p, &area), n), id)| [p.extend(area), n.extend(f32::from_bits(id))])
+        .chain(discs.iter().flatten().map(|axis| axis.extend(0.0)))
         .collect()
 }
 
@@ -74,7 +77,7 @@ impl PackedGraph {
             })
             .collect();
         let surface = arena.allocate(Pool::Surface, words.len() as u32)?;
-        let geometry = match arena.allocate(Pool::Geometry, 2 * graph.len() as u32) {
+        let geometry = match arena.allocate(Pool::Geometry, 2 * (graph.len() + graph.discs.len()) as u32) {
             Ok(range) => range,
             Err(error) => {
                 arena.free(Pool::Surface, surface);
@@ -100,6 +103,7 @@ impl PackedGraph {
             geometry,
             vertices: graph.len() as u32,
             triangles: graph.triangles.len() as u32,
+            cloud: graph.is_cloud(),
             levels,
         };
         packed.write_geometry(graph, arena);
@@ -111,7 +115,7 @@ impl PackedGraph {
         arena.write(
             Pool::Geometry,
             self.geometry.start,
-            &geometry(graph, &graph.positions, &graph.normals),
+            &geometry(graph, &graph.positions, &graph.normals, &graph.discs),
         );
     }
 
@@ -140,10 +144,10 @@ pub(crate) struct PatternRanges {
     pub(crate) record: u32,
     /// Element of the wave buffer where directions begin.
     pub(crate) field: u32,
-    /// Element of the edge buffer where directions are laid down, and then edge constants begin.
-    pub(crate) edges: u32,
     /// Element of the geometry buffer of an entity with positions of its own.
     pub(crate) geometry: Option<u32>,
+    /// Word offset of a bit per vertex, once one was needed.
+    pins: Option<u32>,
 }
 
 impl PatternRanges {
@@ -162,6 +166,17 @@ impl PatternRanges {
                 Err(error)
             }
         }
+    }
+
+    /// Writes a bit per vertex; where it is.
+    pub(crate) fn write_pins(&mut self, arena: &mut PatternArena, bits: &[u32]) -> Result<u32, PatternError> {
+        let base = match self.pins {
+            Some(base) => base,
+            None => self.take(arena, Pool::Surface, bits.len() as u32)?,
+        };
+        self.pins = Some(base);
+        arena.write(Pool::Surface, base, bits);
+        Ok(base)
     }
 
     fn take(&mut self, arena: &mut PatternArena, pool: Pool, len: u32) -> Result<u32, PatternError> {
@@ -196,18 +211,18 @@ impl PatternRanges {
         )?;
         let momentum = if local { waves * graph.vertices } else { 0 };
         self.field = self.take(arena, Pool::Wave, 2 * graph.vertices + nodes + momentum)?;
-        // Vertices without an edge have a direction as well.
-        self.edges = self.take(arena, Pool::Edges, edges.max(2 * graph.vertices))?;
-        let mut edge_base = self.edges;
+        let mut edge_base = self.take(arena, Pool::Edges, edges)?;
         let state_base = self.take(arena, Pool::Balance, STATE_WORDS + partials + nodes)?;
         if own_geometry {
-            self.geometry = Some(self.take(arena, Pool::Geometry, 2 * graph.vertices)?);
+            let len = graph.geometry.end - graph.geometry.start;
+            self.geometry = Some(self.take(arena, Pool::Geometry, len)?);
         }
         let mut node_base = self.field + 2 * graph.vertices;
         let mut balance_base = state_base + STATE_WORDS + partials;
         let record = PatternRecord {
             vertices: graph.vertices,
             triangles: graph.triangles,
+            flags: if graph.cloud { FLAG_DISCS } else { 0 },
             levels: graph.levels.len() as u32,
             triangle_base: graph.surface.start,
             geometry_base: self.geometry.unwrap_or(graph.geometry.start),

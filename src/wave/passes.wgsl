@@ -16,7 +16,7 @@
 // One dispatch serves the nodes of many entities; `items` says which. Nodes of one dispatch are never neighbours where
 // it matters (sweeps go colour class by colour class).
 
-#import bevy_field_patterns::layout::{RECORD_WORDS, LEVEL_WORDS, LevelRecord}
+#import bevy_field_patterns::layout::{FLAG_CROSS, RECORD_WORDS, LEVEL_WORDS, LevelRecord}
 #import bevy_field_patterns::kite::{cmul, reversed}
 
 const PLAIN: u32 = 0u;
@@ -47,7 +47,8 @@ struct Step {
     momentum: f32,
     // The local rule ends below this relative change of the energy; 0: never.
     epsilon: f32,
-    pad_a: u32,
+    // 1: a V-cycle: phasors stay as they are while children are joined to their parents.
+    keep: u32,
     pad_b: u32,
     pad_c: u32,
 }
@@ -79,6 +80,16 @@ fn load_level(record: u32, level: u32) -> LevelRecord {
 
 fn state_base(record: u32) -> u32 {
     return surface[record + 16u];
+}
+
+// How much wave r of a vertex is drawn to a crest (below 0: to a trough).
+fn pull_of(record: u32, r: u32, i: u32) -> f32 {
+    let pins = surface[record + 30u];
+    if pins == 0u || (r == 1u && (surface[record + 2u] & FLAG_CROSS) == 0u) {
+        return 0.0;
+    }
+    let pinned = ((surface[pins + i / 32u] >> (i % 32u)) & 1u) == 1u;
+    return select(0.0, bitcast<f32>(surface[record + 31u]), pinned);
 }
 
 // The item of this workgroup; an empty one behind the last.

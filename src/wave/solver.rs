@@ -11,12 +11,13 @@ use super::{
     hierarchy::cold_start,
     kite::{aligned_distance, cmul, phasor, reversed},
     local_rule::solve_local,
-    waves::{Coupling, frame, turned},
+    merged::{Field, solve_merged},
+    waves::{Coupling, Waves, frame, turned},
 };
 pub use super::{
-    hierarchy::{Child, align, coarsen, prolong},
+    hierarchy::{Child, align, coarsen, prolong, v_cycle},
     local_rule::{hash_turns, sweep_local},
-    settings::{ColdStart, LocalRule, SolverSettings},
+    settings::{ColdStart, LocalRule, MergedRule, SolverSettings},
 };
 use crate::surface::{Level, SurfaceGraph};
 use bevy::{
@@ -43,11 +44,22 @@ pub enum Relaxation {
     },
 }
 
+/// Vertices that are drawn to a crest or a trough ([`CreasePhase`](super::CreasePhase)).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Pins<'a> {
+    /// Whether each vertex is drawn; no vertex is where the list is empty.
+    pub vertices: &'a [bool],
+    /// How much, as the weight of an edge: above 0 to a crest, below to a trough.
+    pub pull: f32,
+}
+
 /// The edge constants of one level: those of wave r over edge k at `waves * k + r`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Edges {
     waves: usize,
     constants: Constants,
+    /// How much each node is drawn to a crest (below 0: to a trough), as the weight of an edge; empty where none is.
+    pins: Vec<f32>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -64,6 +76,21 @@ impl Edges {
         Self {
             waves,
             constants: Constants::Coarse(pairs),
+            pins: Vec::new(),
+        }
+    }
+
+    /// Draws vertices to crests, z = i (which a reversed direction sees at the same place), or to troughs. The first wave
+    /// is, and both of a cross field. The weights are added to `sums`.
+    pub fn pin(&mut self, sums: &mut [f32], pins: Pins, waves: Waves) {
+        let count = self.waves;
+        self.pins = vec![0.0; sums.len()];
+        for (node, (pin, sum)) in self.pins.iter_mut().zip(sums).enumerate() {
+            let is_drawn = node % count == 0 || waves == Waves::Cross;
+            if is_drawn && pins.vertices.get(node / count) == Some(&true) {
+                *pin = pins.pull;
+                *sum += pins.pull.abs();
+            }
         }
     }
 
@@ -96,9 +123,10 @@ impl Edges {
         }
     }
 
-    /// What wave `r` of node `i` sees in sum; `z` is the phasor of a node's wave.
+    /// What wave `r` of node `i` sees in sum, and what it is drawn to; `z` is the phasor of a node's wave.
     pub fn seen_sum(&self, level: &Level, i: usize, r: usize, z: impl Fn(usize) -> Vec2) -> Vec2 {
-        level.edges(i).fold(Vec2::ZERO, |t, k| {
+        let pull = self.pins.get(self.waves * i + r).copied().unwrap_or(0.0);
+        level.edges(i).fold(Vec2::new(0.0, pull), |t, k| {
             let source = self.waves * level.neighbors[k] as usize + self.source(k, r);
             t + self.seen(k, r, z(source))
         })
@@ -195,8 +223,12 @@ pub fn edges(
             });
         }
     });
-    let constants = Constants::Fine(e);
-    (Edges { waves, constants }, sums)
+    let edges = Edges {
+        waves,
+        constants: Constants::Fine(e),
+        pins: Vec::new(),
+    };
+    (edges, sums)
 }
 
 /// One sweep: every node moves towards what it sees, colour class by colour class. `sums` (of weights, per node) is used
@@ -275,8 +307,23 @@ pub fn solve_cpu(
     coupling: impl Into<Coupling>,
     settings: &SolverSettings,
 ) -> Solution {
-    let settings = &settings.valid();
-    let (fine, sums) = edges(graph, directions, frequencies, coupling);
+    solve_pinned(graph, directions, frequencies, coupling, Pins::default(), settings)
+}
+
+/// [`solve_cpu`] with vertices that are drawn to a crest or a trough.
+pub fn solve_pinned(
+    graph: &SurfaceGraph,
+    directions: &[Vec3],
+    frequencies: &[f32],
+    coupling: impl Into<Coupling>,
+    pins: Pins,
+    settings: &SolverSettings,
+) -> Solution {
+    let (settings, coupling) = (&settings.valid(), coupling.into());
+    let (mut fine, mut sums) = edges(graph, directions, frequencies, coupling);
+    if !pins.vertices.is_empty() {
+        fine.pin(&mut sums, pins, coupling.waves);
+    }
     match &settings.cold_start {
         ColdStart::Hierarchy { level_sweeps } => {
             let mut z = cold_start(graph, &fine, *level_sweeps, settings.omega);
@@ -291,6 +338,13 @@ pub fn solve_cpu(
             }
         }
         ColdStart::Local(rule) => solve_local(graph, &fine, &sums, rule),
+        ColdStart::Merged(rule) => {
+            let field = Field {
+                directions: directions.to_vec(),
+                frequencies: frequencies.to_vec(),
+            };
+            solve_merged(graph, field, coupling, (&fine, &sums), rule)
+        }
     }
 }
 
@@ -305,6 +359,9 @@ pub fn follow_cpu(
 ) {
     let settings = &settings.valid();
     let (fine, sums) = edges(graph, directions, frequencies, coupling);
+    if settings.warm_level_sweeps > 0 {
+        v_cycle(graph, &fine, settings.warm_level_sweeps, settings.omega, phasors);
+    }
     sweep_soft(
         graph.mesh_level(),
         &fine,

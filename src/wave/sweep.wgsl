@@ -4,12 +4,12 @@
 #import bevy_field_patterns::kite::phasor
 #import bevy_field_patterns::passes::{
     step, surface, geometry, wave, edges, balance, STATE_DONE, WORKGROUP, load_item, load_level, seen_fine, swap_of, relax,
-    normalize_or, state_base,
+    normalize_or, pull_of, state_base,
 }
 
-// What wave r of vertex i sees in sum; `at` is the mesh's level record.
-fn seen_sum(at: LevelRecord, i: u32, r: u32) -> vec2<f32> {
-    var t = vec2(0.0);
+// What wave r of vertex i sees in sum; `at` is the mesh's level record. A crest is at z = i.
+fn seen_sum(record: u32, at: LevelRecord, i: u32, r: u32) -> vec2<f32> {
+    var t = vec2(0.0, pull_of(record, r, i));
     let end = surface[at.offset_base + i + 1u];
     for (var k = surface[at.offset_base + i]; k < end; k++) {
         let e = edges[at.edge_base + at.waves * k + r];
@@ -25,7 +25,7 @@ fn sweep_fine(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
     let item = load_item(group);
     let level = load_level(item.x, 0u);
     for (var own = level.waves * item.z + local; own < level.waves * item.w; own += WORKGROUP) {
-        let t = seen_sum(level, own / level.waves, own % level.waves);
+        let t = seen_sum(item.x, level, own / level.waves, own % level.waves);
         let weight = abs(balance[level.balance_base + own]);
         let z = wave[level.node_base + own];
         wave[level.node_base + own] = relax(z, t, weight, step.relaxation, step.omega, step.softness);
@@ -73,7 +73,7 @@ fn sweep_local(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     }
     let level = load_level(item.x, 0u);
     for (var own = level.waves * item.z + local; own < level.waves * item.w; own += WORKGROUP) {
-        let t = seen_sum(level, own / level.waves, own % level.waves);
+        let t = seen_sum(item.x, level, own / level.waves, own % level.waves);
         let delta = surface[item.x + 15u] + own;
         let old = wave[level.node_base + own];
         wave[level.node_base + own] = normalize_or(t + wave[delta], old);
