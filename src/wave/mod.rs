@@ -107,6 +107,7 @@ impl Plugin for WavePlugin {
                     patterns::request_surfaces.in_set(SurfaceSystems::Request),
                 ),
             );
+        app.add_systems(Last, patterns::note_seen);
         render::build(app);
     }
 

@@ -52,6 +52,7 @@ impl Pattern {
             creases: Creases::default(),
             behind: false,
             waited: 0,
+            seen: false,
             phase: Phase::Waiting,
         };
         pattern.write_record(&mut tools.arena);

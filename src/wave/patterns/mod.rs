@@ -10,7 +10,7 @@ mod inputs;
 mod life;
 mod schedule;
 
-pub(crate) use budget::Pace;
+pub(crate) use budget::{Pace, note_seen};
 pub(crate) use graphs::{PackedGraphs, request_surfaces, update_graphs};
 pub(crate) use inputs::{BufferWatch, watch_buffers};
 pub(crate) use life::{remove_pattern, restart};
@@ -70,6 +70,8 @@ pub struct Pattern {
     behind: bool,
     /// Frames since it was served, while it has something to do.
     waited: u32,
+    /// A camera or a light's shadow saw it in the frame before.
+    seen: bool,
     phase: Phase,
 }
 
@@ -148,7 +150,6 @@ pub(crate) struct Patterned {
     tag: Option<&'static MeshTag>,
     needs_vector: Option<&'static NeedsVector>,
     meshes: Option<&'static PatternMesh>,
-    seen: Option<&'static ViewVisibility>,
     pattern: Option<&'static mut Pattern>,
     state: &'static mut PatternState,
 }

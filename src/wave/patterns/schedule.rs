@@ -107,7 +107,7 @@ pub(super) fn claim(item: &mut PatternedItem, changed: Changed, status: &GpuStat
     let busy = pattern.behind || pattern.phase != Phase::Asleep;
     busy.then(|| Claim {
         entity: item.entity,
-        seen: item.seen.is_some_and(|seen| seen.get()),
+        seen: pattern.seen,
         waited: pattern.waited,
     })
 }
