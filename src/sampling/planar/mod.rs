@@ -18,6 +18,7 @@ mod boundary;
 mod domain;
 mod few;
 mod flips;
+mod holes;
 mod insertion;
 mod metric;
 mod options;
