@@ -212,6 +212,19 @@ fn every_method_meets_its_marks_of_evenness() {
     }
 }
 
+/// Without the feature two methods say what they lack, and nothing else is done in their place.
+#[cfg(not(feature = "meshopt"))]
+#[test]
+fn without_meshopt_only_labels_are_there() {
+    let graph = graph_of(&torus(24, 9));
+    for method in [SurfaceMethod::Triangulated, SurfaceMethod::Paper] {
+        let result = sample_surface(&graph, &isotropic(&graph), &options(method, 50), &Progress::default());
+        assert_eq!(result.err(), Some(PatternError::MissingFeature("meshopt")));
+    }
+    let samples = sample(&graph, &isotropic(&graph), &options(SurfaceMethod::Labels, 50));
+    assert_eq!(samples.set.len(), 50);
+}
+
 #[test]
 fn darts_alone_are_less_even_than_relaxed_samples() {
     let graph = graph_of(&torus(120, 45));
