@@ -11,6 +11,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod nuclei;
 
 use bevy::prelude::*;
 use bevy_field_patterns::{prelude::*, sampling::MetricSource};
@@ -71,9 +72,12 @@ fn main() -> ExitCode {
         app.add_plugins(FieldPatternsPlugin)
             .add_systems(
                 Startup,
-                move |commands: Commands, meshes: ResMut<Assets<Mesh>>, materials: ResMut<Assets<CellMaterial>>| {
+                move |commands: Commands,
+                      meshes: ResMut<Assets<Mesh>>,
+                      images: ResMut<Assets<Image>>,
+                      materials: ResMut<Assets<CellMaterial>>| {
                     if let Some(wall) = wall.take() {
-                        setup(commands, meshes, materials, wall, count, borders);
+                        setup(commands, meshes, images, materials, wall, count, borders);
                     }
                 },
             )
@@ -85,6 +89,7 @@ fn main() -> ExitCode {
 fn setup(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
+    mut images: ResMut<Assets<Image>>,
     mut materials: ResMut<Assets<CellMaterial>>,
     wall: Wall,
     count: u32,
@@ -107,6 +112,12 @@ fn setup(
             bump: 0.35,
             bump_width: 0.6,
             jitter: 0.05,
+            texture: Some(CellTexture {
+                image: images.add(nuclei::atlas()),
+                columns: nuclei::TILES,
+                radius: 1.2,
+                ..default()
+            }),
             ..default()
         },
     });

@@ -193,7 +193,7 @@ fn show(mut commands: Commands, mut materials: ResMut<Assets<CellMaterial2d>>, e
         cells,
         ..default()
     });
-    commands.spawn((Shown, SampleSet::default(), Mesh2d::default(), MeshMaterial2d(material)));
+    commands.spawn((Shown, SampleSet::default(), MeshMaterial2d(material)));
 }
 
 /// E: cells or ellipses.
