@@ -98,7 +98,8 @@ fn setup(
     let material = materials.add(CellMaterial {
         base: StandardMaterial {
             base_color: Color::srgb(0.80, 0.42, 0.36),
-            perceptual_roughness: 0.45,
+            perceptual_roughness: 0.6,
+            reflectance: 0.25,
             double_sided: true,
             cull_mode: None,
             ..default()

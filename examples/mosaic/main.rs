@@ -88,7 +88,7 @@ fn main() -> ExitCode {
                 ratio: cli.ratio,
                 detail: cli.detail,
                 importance: cli.importance,
-                joint: 0.12,
+                joint: 0.1,
             })
             .add_systems(Startup, move |commands: Commands, images: ResMut<Assets<Image>>| {
                 lay(commands, images, image.clone(), size);
@@ -128,7 +128,7 @@ fn take_wishes(
                 border_width: BorderWidth::Relative(wishes.joint),
                 border_color: LinearRgba::from(Srgba::rgb(0.20, 0.19, 0.18)),
                 rounding: 0.12,
-                jitter: 0.06,
+                jitter: 0.1,
                 ..default()
             },
             ..default()
