@@ -47,6 +47,8 @@ fn parse_ratio(text: &str) -> Result<f32, String> {
 
 /// Beats of the heart per second; slow enough to see.
 const PULSE: f32 = 0.2;
+/// Beats from one set of samples to the next at most, so that cells keep their places however slow the machine is.
+const LONGEST_STEP: f32 = 0.02;
 
 /// The wall that is sampled, and the beat of the heart.
 #[derive(Component)]
@@ -55,6 +57,8 @@ struct Wall {
     ratio: f32,
     /// In beats.
     phase: f32,
+    /// Beats since then that the samples have not followed yet.
+    behind: f32,
     beating: bool,
 }
 
@@ -65,6 +69,7 @@ fn main() -> ExitCode {
             vessel: Vessel::default(),
             ratio: cli.ratio,
             phase: 0.0,
+            behind: 0.0,
             beating: cli.output.screenshot.is_none(),
         };
         let (count, borders) = (cli.count, !cli.no_borders);
@@ -174,8 +179,10 @@ fn beat(
         if !wall.beating {
             continue;
         }
-        wall.phase = (wall.phase + PULSE * time.delta_secs()).fract();
+        wall.behind += PULSE * time.delta_secs();
         if *state == SamplingState::Ready {
+            wall.phase = (wall.phase + wall.behind.min(LONGEST_STEP)).fract();
+            wall.behind = 0.0;
             samples.metric = metric(&wall);
         }
     }
