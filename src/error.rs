@@ -172,4 +172,7 @@ pub enum PatternError {
     /// The entity carries a field and samples, but can be drawn with one pattern only.
     #[error("the entity has a DirectionField and a SampleSet; draw waves and cells on two entities with the same mesh")]
     TwoPatterns,
+    /// There is nothing to draw cells on.
+    #[error("the entity has cells to draw, but no mesh; give it a Mesh3d, or a Mesh2d for a planar set")]
+    NoMesh,
 }
