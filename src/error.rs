@@ -15,8 +15,11 @@ pub enum PatternError {
     /// The mesh has no triangle with an area.
     #[error("the mesh has no triangles; a pattern needs at least one triangle with an area")]
     NoTriangles,
-    /// The mesh is a list of points or lines.
-    #[error("the mesh's topology is {0}; use a triangle list or a triangle strip")]
+    /// A point cloud is too small to be a surface.
+    #[error("the point cloud has {0} points at different places; a pattern needs at least three")]
+    TooFewPoints(usize),
+    /// The mesh is a list of lines, or one of points where triangles are needed.
+    #[error("the mesh's topology is {0}; use a triangle list or a triangle strip (for waves, a point list will do)")]
     Topology(String),
     /// The mesh's data lives in the render world only.
     #[error("the mesh's data was already moved to the GPU; load it with RenderAssetUsages::MAIN_WORLD | RENDER_WORLD")]

@@ -90,7 +90,10 @@ pub mod prelude {
             SamplingState, SpaceFunction, planar::PlanarDomain, surface::SurfaceMethod,
         },
         scene::{PatternScene, PatternScenePart},
-        wave::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings},
+        wave::{
+            CreaseLine, CreasePhase, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern,
+            SolverSettings, Waves,
+        },
     };
 }
 

@@ -129,7 +129,9 @@ pub(crate) struct StepUniform {
     pub(crate) level_sweeps: u32,
     pub(crate) momentum: f32,
     pub(crate) epsilon: f32,
-    pub(crate) pad: [u32; 3],
+    /// 1: phasors stay as they are while children are joined to their parents.
+    pub(crate) keep: u32,
+    pub(crate) pad: [u32; 2],
 }
 
 /// Workgroups per row: below WebGPU's 65,535 per dimension.
@@ -176,6 +178,10 @@ pub(crate) struct Frame {
     pub(crate) steps: Vec<Step>,
     /// Sweeps over the mesh.
     pub(crate) sweeps: u32,
+    /// The same, each counted once per pattern that takes part.
+    pub(crate) pattern_sweeps: u32,
+    /// The same, each counted once per vertex.
+    pub(crate) node_sweeps: u64,
 }
 
 impl Frame {

@@ -3,7 +3,7 @@
 //! | buffer | element | what it holds |
 //! |---|---|---|
 //! | surface | `u32` | records of entities; triangles, neighbours, hierarchy of graphs |
-//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id) |
+//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id); of a point cloud two more |
 //! | wave | `vec2<f32>` | per entity: d and f of each vertex, phasors of every level |
 //! | edges | `vec2<f32>` | per entity, solver only: weight of each directed edge of every level |
 //! | balance | `f32` | per entity, solver only: one number per node of every level |
@@ -29,6 +29,10 @@ pub const FLAG_VECTOR: u32 = 2;
 /// The directions follow those of the frame before: on a line field each keeps the sign nearest to its last one, to which
 /// its phasor refers.
 pub const FLAG_FOLLOW: u32 = 8;
+/// d, n × d and their opposites are the same ([`Waves::Cross`](super::Waves)).
+pub const FLAG_CROSS: u32 = 16;
+/// A point cloud: triangles 2 p and 2 p + 1 are the square of one vertex, whose half axes follow the vertices' geometry.
+pub const FLAG_DISCS: u32 = 256;
 
 /// One axis for all vertices.
 pub(crate) const DIRECTION_AXIS: u32 = 0;
@@ -78,11 +82,13 @@ pub struct PatternRecord {
     pub levels: u32,
     /// `surface[triangle_base + 3 t + c]` is the vertex at corner c of triangle t.
     pub triangle_base: u32,
-    /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, id); the id is the bits of a u32, the vertex's number in the mesh.
+    /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, id); the id is the bits of a
+    /// u32, the vertex's number in the mesh. With [`FLAG_DISCS`], `geometry[geometry_base + 2 vertices + 2 v]` and the
+    /// next one are the half axes of its square.
     pub geometry_base: u32,
     /// `wave[field_base + 2 v]` is (d.x, d.y) of vertex v, the next one (d.z, f).
     pub field_base: u32,
-    /// `wave[phasor_base + v]` is the phasor z of vertex v.
+    /// `wave[phasor_base + waves * v + r]` is the phasor z of wave r of vertex v.
     pub phasor_base: u32,
     /// `surface[class_base + c]` is the first vertex of colour class c, `surface[class_base + colors]` the vertex count.
     pub class_base: u32,
@@ -94,7 +100,7 @@ pub struct PatternRecord {
     pub turn: f32,
     /// The axis that directions are projected from, where they are.
     pub axis: [f32; 3],
-    /// `wave[delta_base + v]` is the momentum of the local rule; only where it is used.
+    /// `wave[delta_base + waves * v + r]` is the momentum of the local rule; only where it is used.
     pub delta_base: u32,
     /// `balance[state_base..]`: energy and branch count of the entity, then partial sums.
     pub state_base: u32,
@@ -116,7 +122,11 @@ pub struct PatternRecord {
     /// `wave[smooth_base..]`: the smoothed field of every node, then what it is drawn to; see `smooth.wgsl`.
     pub smooth_base: u32,
     /// Unused.
-    pub pad: [u32; 7],
+    pub pad: [u32; 5],
+    /// Bit i % 32 of `surface[pin_base + i / 32]` tells whether vertex i is drawn to a crest; 0: none is.
+    pub pin_base: u32,
+    /// How much such a vertex is drawn to a crest, as the weight of an edge; below 0: to a trough.
+    pub pull: f32,
 }
 
 /// One level of an entity's hierarchy.
@@ -135,11 +145,13 @@ pub struct LevelRecord {
     pub child_offset_base: u32,
     /// `surface[child_base + c]` is a node of this level; the first child of a parent is its root.
     pub child_base: u32,
-    /// `wave[node_base + i]` is the phasor of node i (of the finest level: z).
+    /// `wave[node_base + waves * i + r]` is the phasor of wave r of node i (of the finest level: z).
     pub node_base: u32,
-    /// Finest level: `edges[edge_base + k]` = E of edge k. Coarser: `edges[edge_base + 2 k]` = A, the next one B.
+    /// With n = `waves * k + r` for wave r over edge k: finest level: `edges[edge_base + n]` = E. Coarser:
+    /// `edges[edge_base + 2 n]` = A, the next one B.
     pub edge_base: u32,
-    /// `balance[balance_base + i]`: the sign is sigma of node i, the modulus 1 / sum of weights (finest level only).
+    /// `balance[balance_base + waves * i + r]`: the sign is sigma of wave r of node i, the lowest bit tells whether it
+    /// follows its parent's other wave, the modulus is 1 / sum of weights (finest level only).
     pub balance_base: u32,
     /// `surface[class_base + c] .. surface[class_base + c + 1]` are the nodes of colour class c.
     pub class_base: u32,

@@ -5,6 +5,8 @@
 const FLAG_READY: u32 = 1u;
 const FLAG_VECTOR: u32 = 2u;
 const FLAG_FOLLOW: u32 = 8u;
+const FLAG_CROSS: u32 = 16u;
+const FLAG_DISCS: u32 = 256u;
 
 const DIRECTION_AXIS: u32 = 0u;
 const DIRECTION_VECTORS: u32 = 1u;

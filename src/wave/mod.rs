@@ -12,11 +12,14 @@
 //! and in the render world, before the first camera: upload and dispatch.
 
 mod arena;
+mod carry;
+mod crease;
 mod frame;
 mod hierarchy;
 pub mod kite;
 pub mod layout;
 mod local_rule;
+mod merged;
 mod pack;
 mod patterns;
 mod pending;
@@ -26,13 +29,17 @@ mod quality;
 mod render;
 mod settings;
 pub mod shade;
+pub mod shade_pair;
 mod shaders;
 pub mod solver;
 mod state;
 mod status;
+mod waves;
 
 pub use crate::{arena::PatternMemory, surface::PatternMesh};
 pub use arena::PatternArena;
+pub use carry::{CarriedWave, carry_wave};
+pub use crease::{CreaseLine, CreasePhase};
 pub use patterns::Pattern;
 pub use quality::{Quality, quality};
 pub use render::PatternRenderSystems;
@@ -40,6 +47,7 @@ pub(crate) use shaders::WaveShaderPlugin;
 pub use solver::SolverSettings;
 pub use state::*;
 pub use status::SolverCounters;
+pub use waves::{Coupling, Frame, Waves, frame, turned};
 
 use crate::{
     arena::{create_buffers, grow_buffers},
@@ -67,12 +75,15 @@ impl Plugin for WavePlugin {
         app.init_resource::<PatternArena>()
             .init_resource::<patterns::PackedGraphs>()
             .init_resource::<patterns::Outbox>()
+            .init_resource::<patterns::Pace>()
             .init_resource::<SolverSettings>()
             .init_resource::<settings::ValidSettings>()
             .init_resource::<crate::diagnostics::QualityReport>()
             .init_resource::<crate::material::BufferGeneration>()
+            .register_type::<CreasePhase>()
             .register_type::<PatternState>()
             .register_type::<SolverSettings>()
+            .register_type::<Waves>()
             .register_type::<Vortex>()
             .register_type::<FieldTime>()
             .register_type::<PatternScalars>()

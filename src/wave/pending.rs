@@ -35,6 +35,7 @@ pub(super) struct Merged {
     pub(super) items: Vec<[u32; 4]>,
     pub(super) steps: Vec<Step>,
     pub(super) sweeps: u32,
+    pub(super) pattern_sweeps: u32,
     pub(super) staged: Vec<u8>,
     /// Ascending in `before`.
     pub(super) copies: Vec<StagedCopy>,
@@ -99,6 +100,7 @@ impl Pending {
             let first = merged.items.len() as u32;
             merged.items.extend_from_slice(&frame.items);
             merged.sweeps += frame.sweeps;
+            merged.pattern_sweeps += frame.pattern_sweeps;
             merged.steps.extend(frame.steps.into_iter().map(|mut step| {
                 step.uniform.first_item += first;
                 step

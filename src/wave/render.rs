@@ -199,11 +199,12 @@ fn solve(
     let Merged {
         steps,
         sweeps,
+        pattern_sweeps,
         copies,
         taken,
         ..
     } = &prepared.work;
-    counters.set(steps.len() as u32, *sweeps);
+    counters.set(steps.len() as u32, *sweeps, *pattern_sweeps);
     let (Some(pipelines), Some(bind_group)) = (pipelines, &prepared.bind_group) else {
         return;
     };

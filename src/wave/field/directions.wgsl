@@ -3,7 +3,7 @@
 
 #import bevy_field_patterns::cross::{frame_at, root_of}
 #import bevy_field_patterns::layout::{
-    FLAG_VECTOR, FLAG_FOLLOW, SOURCE_SCALARS, DIRECTION_VECTORS, DIRECTION_TANGENTS, DIRECTION_SNAPSHOTS,
+    FLAG_CROSS, FLAG_FOLLOW, FLAG_VECTOR, SOURCE_SCALARS, DIRECTION_VECTORS, DIRECTION_TANGENTS, DIRECTION_SNAPSHOTS,
     DIRECTION_VORTICES, DIRECTION_TENSOR, DIRECTION_SMOOTH, DIRECTION_BUFFER,
 }
 #import bevy_field_patterns::parameters::{number, vector, parameters, carried, linear_map, BLEND, CHOICE}
@@ -17,9 +17,14 @@
 fn store_direction(record: u32, i: u32, direction: vec3<f32>) {
     var d = direction;
     let field = surface[record + 6u] + 2u * i;
-    // A line field keeps the sign that the phasor refers to.
-    if (surface[record + 2u] & (FLAG_VECTOR | FLAG_FOLLOW)) == FLAG_FOLLOW {
+    let flags = surface[record + 2u];
+    // A line field keeps the sign that the phasor refers to, a cross field the arm.
+    if (flags & (FLAG_VECTOR | FLAG_FOLLOW)) == FLAG_FOLLOW {
         let previous = vec3(wave[field], wave[field + 1u].x);
+        if (flags & FLAG_CROSS) != 0u {
+            let n = geometry[surface[record + 5u] + 2u * i + 1u].xyz;
+            d = select(d, cross(n, d), abs(dot(previous, cross(n, d))) > abs(dot(previous, d)));
+        }
         if dot(previous, d) < 0.0 {
             d = -d;
         }

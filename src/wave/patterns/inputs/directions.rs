@@ -39,7 +39,8 @@ pub(super) fn update(
     arena: &mut PatternArena,
     parameters: &mut Parameters,
 ) -> Result<bool, PatternError> {
-    let Inputs { symmetry, turn, linear } = stage.inputs;
+    let Inputs { coupling, turn, linear } = stage.inputs;
+    let symmetry = coupling.symmetry;
     if !turn.is_finite() {
         return Err(not_finite("turn of vertex"));
     }

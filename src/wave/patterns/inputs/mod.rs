@@ -25,8 +25,9 @@ use crate::{
     wave::{
         arena::{PatternArena, Pool},
         frame::BufferCopy,
-        layout::{FLAG_FOLLOW, FLAG_VECTOR},
+        layout::{FLAG_CROSS, FLAG_FOLLOW, FLAG_VECTOR},
         pack::geometry,
+        waves::Waves,
     },
 };
 use bevy::{
@@ -159,6 +160,8 @@ struct Change {
     /// Its place in the world.
     linear: bool,
     symmetry: bool,
+    /// How many there are, or how they belong together.
+    waves: bool,
     turn: bool,
     scalars: bool,
 }
@@ -169,6 +172,7 @@ impl Change {
         mesh: false,
         linear: false,
         symmetry: false,
+        waves: false,
         turn: false,
         scalars: false,
     };
@@ -194,6 +198,16 @@ impl Pattern {
         }
     }
 
+    /// How the waves belong together from now on.
+    fn set_waves(&mut self, waves: Waves) {
+        let cross = if waves == Waves::Cross { FLAG_CROSS } else { 0 };
+        if cross != self.record.flags & FLAG_CROSS && self.phase != Phase::Waiting {
+            self.phase = Phase::Cold;
+        }
+        self.record.flags = (self.record.flags & !FLAG_CROSS) | cross;
+        self.record.ratio = waves.ratio();
+    }
+
     /// Other directions come into use. They follow those before where phasors refer to these.
     fn begin_directions(&mut self, symmetry: Symmetry) {
         if symmetry != self.symmetry() && self.phase != Phase::Waiting {
@@ -204,7 +218,7 @@ impl Pattern {
         if symmetry == Symmetry::Vector {
             self.record.flags |= FLAG_VECTOR;
         }
-        if matches!(self.phase, Phase::Warm(_) | Phase::Asleep) {
+        if self.is_solved() {
             self.record.flags |= FLAG_FOLLOW;
         }
         self.sources.due.directions = true;
@@ -226,7 +240,8 @@ pub(super) fn update_inputs(
         all: fresh || pattern.phase == Phase::Waiting && pattern.sources.task.is_none(),
         mesh: pattern.geometry != surface.geometry,
         linear: last.linear != inputs.linear,
-        symmetry: last.symmetry != inputs.symmetry,
+        symmetry: last.coupling.symmetry != inputs.coupling.symmetry,
+        waves: last.coupling.waves != inputs.coupling.waves,
         turn: last.turn != inputs.turn,
         scalars: item
             .scalars
@@ -252,13 +267,16 @@ pub(super) fn update_inputs(
         change,
     };
     let before = pattern.record;
+    pattern.set_waves(inputs.coupling.waves);
+    pattern.sources.due.directions |= change.waves;
     if change.moved()
         && let (Some(linear), Some(first)) = (inputs.linear, pattern.ranges.geometry)
     {
         let (positions, normals) = in_world(graph, linear);
+        let discs: Vec<_> = graph.discs.iter().map(|axes| axes.map(|axis| linear * axis)).collect();
         tools
             .arena
-            .write(Pool::Geometry, first, &geometry(graph, &positions, &normals));
+            .write(Pool::Geometry, first, &geometry(graph, &positions, &normals, &discs));
     }
     let scalars = scalars::update(pattern, item, &stage, &mut tools.arena)?;
     let mut parameters = Parameters::default();
