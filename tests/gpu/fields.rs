@@ -58,8 +58,7 @@ fn share_off(a: &[Vec3], b: &[Vec3], graph: &SurfaceGraph, symmetry: u32) -> f32
             2 => cos.abs(),
             _ => cos.abs().max(sin.abs()),
         };
-        // Not >=, which would let NaN pass.
-        !(fits > 1.0_f32.to_radians().cos())
+        fits.is_nan() || fits < 1.0_f32.to_radians().cos()
     });
     off.count() as f32 / a.len() as f32
 }
