@@ -80,8 +80,11 @@ impl Relaxer {
             shifts
         };
         for _ in 0..ROUNDS {
-            self.remember(mesh);
             let shifts = shifts(mesh);
+            if shifts.iter().all(|shift| *shift == DVec2::ZERO) {
+                break;
+            }
+            self.remember(mesh);
             for ((vertex, place), shift) in mesh.vertices.iter_mut().zip(&mesh.places).zip(shifts) {
                 if *place == Place::Free {
                     vertex.p += shift;

@@ -16,7 +16,8 @@ use glam_matrix_extras::SymmetricDMat2;
 /// How a sample's cell is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Relaxation {
-    /// The dual cell of the triangles' metric circumcentres, put together from kites.
+    /// The dual cell of the triangles' metric circumcentres, put together from kites. After some steps crowded samples are
+    /// put where holes are, and at last the largest holes are closed.
     #[default]
     Kite,
     /// The star of triangles around the sample, as in the paper (Eq. 7, with `M(q_j) q_j` for `M(q_j) p_i`). It comes to a
