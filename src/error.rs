@@ -15,8 +15,11 @@ pub enum PatternError {
     /// The mesh has no triangle with an area.
     #[error("the mesh has no triangles; a pattern needs at least one triangle with an area")]
     NoTriangles,
-    /// The mesh is a list of points or lines.
-    #[error("the mesh's topology is {0}; use a triangle list or a triangle strip")]
+    /// A point cloud is too small to be a surface.
+    #[error("the point cloud has {0} points at different places; a pattern needs at least three")]
+    TooFewPoints(usize),
+    /// The mesh is a list of lines, or one of points where triangles are needed.
+    #[error("the mesh's topology is {0}; use a triangle list or a triangle strip (for waves, a point list will do)")]
     Topology(String),
     /// The mesh's data lives in the render world only.
     #[error("the mesh's data was already moved to the GPU; load it with RenderAssetUsages::MAIN_WORLD | RENDER_WORLD")]
@@ -134,6 +137,38 @@ pub enum PatternError {
         /// Number of samples.
         samples: usize,
     },
+    /// The field or the frequency depends on more than a mesh.
+    #[error("this source depends on more than a mesh; for the CPU use bevy_field_patterns::field::{0}")]
+    NotOfMesh(&'static str),
+    /// An entity that an input names is gone or lacks something.
+    #[error("{what} names the entity {entity}, which does not exist or has no {lacks}")]
+    MissingEntity {
+        /// The input: "`Frequency::DistanceTo`".
+        what: &'static str,
+        /// The entity.
+        entity: Entity,
+        /// What it should have: "`GlobalTransform`".
+        lacks: &'static str,
+    },
+    /// There are no scalars to follow.
+    #[error("{0} needs scalars; give the entity DirectionField::Tensor or PatternScalars")]
+    NoScalars(&'static str),
+    /// The snapshots of a field are no sequence.
+    #[error("DirectionField::Snapshots: {0}")]
+    Snapshots(&'static str),
+    /// A user's buffer has the wrong size.
+    #[error("the buffer of {what} has {found} bytes, but {needed} are needed, one value per vertex of the mesh")]
+    BufferSize {
+        /// What it is for: "`DirectionField::Buffer`".
+        what: &'static str,
+        /// Its size.
+        found: u64,
+        /// The size needed.
+        needed: u64,
+    },
+    /// A user's buffer cannot be copied.
+    #[error("the buffer of {0} cannot be copied; create it with BufferUsages::COPY_SRC")]
+    BufferUsage(&'static str),
     /// The entity carries a field and samples, but can be drawn with one pattern only.
     #[error("the entity has a DirectionField and a SampleSet; draw waves and cells on two entities with the same mesh")]
     TwoPatterns,

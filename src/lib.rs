@@ -75,7 +75,11 @@ pub mod prelude {
         FieldPatternsPlugin,
         cells::{CellState, SampleValues, planar_mesh},
         error::PatternError,
-        field::{DirectionField, FieldTurn, Frequency, PatternSpace, Principal, Symmetry},
+        field::{
+            Alignment, DirectionField, Eigenvector, Falloff, FieldBuffer, FieldRing, FieldTime, FieldTurn, Frequency,
+            Painted, PatternScalars, PatternSpace, Principal, ScalarSource, Sense, SmoothField, Smoothing, Snapshot,
+            Symmetry, TensorField, Vortex, VortexCores, VortexField,
+        },
         material::{
             BorderWidth, CellDebug, CellFill, CellMaterial, CellMaterial2d, CellShape, CellTexture, Cells, DebugStyle,
             Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes,
@@ -86,7 +90,10 @@ pub mod prelude {
             SamplingState, SpaceFunction, planar::PlanarDomain, surface::SurfaceMethod,
         },
         scene::{PatternScene, PatternScenePart},
-        wave::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings},
+        wave::{
+            CreaseLine, CreasePhase, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern,
+            SolverSettings, Waves,
+        },
     };
 }
 

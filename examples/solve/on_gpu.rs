@@ -5,7 +5,7 @@ use crate::{
     common::{gpu, headless, mesh_file},
     median, milliseconds,
     report::{Motion, Wave, figures},
-    turned,
+    turned, zoomed,
 };
 use bevy::{
     prelude::*,
@@ -50,7 +50,8 @@ impl Gpu {
             .add(mesh_file::to_bevy_mesh(&problem.raw));
         let pattern = (
             problem.field.clone(),
-            problem.symmetry,
+            problem.coupling.symmetry,
+            problem.coupling.waves,
             Frequency::Uniform(problem.frequency),
         );
         // Pipelines first, so that the frame that solves is not the one that waits for them.
@@ -111,7 +112,7 @@ impl Gpu {
         let record = pattern.record();
         let read = |first: u32, len: u64| gpu::read::<f32>(&self.app, &WAVE_BUFFER, 8 * u64::from(first), 8 * len);
         let field = read(record.field_base, 2 * vertices)?;
-        let phasors = read(record.phasor_base, vertices)?;
+        let phasors = read(record.phasor_base, u64::from(record.waves) * vertices)?;
         Ok(Wave {
             directions: field.chunks_exact(4).map(|d| Vec3::new(d[0], d[1], d[2])).collect(),
             phasors: phasors.chunks_exact(2).map(|z| Vec2::new(z[0], z[1])).collect(),
@@ -149,18 +150,20 @@ impl Gpu {
                 energies: vec![],
             };
             for frame in 1..=frames {
-                self.follow(turned(&problem.field, args.turn * frame as f32))?;
+                let frequency = zoomed(problem.frequency, args.zoom, frame);
+                self.follow(turned(&problem.field, args.turn * frame as f32), frequency)?;
                 let wave = self.wave()?;
-                let f = vec![problem.frequency; self.graph.len()];
+                let f = vec![frequency; self.graph.len()];
                 motion
                     .energies
-                    .push(quality(&self.graph, &wave.directions, &f, &wave.phasors, problem.symmetry).energy);
+                    .push(quality(&self.graph, &wave.directions, &f, &wave.phasors, problem.coupling).energy);
                 motion.phases.push(wave.phasors.iter().map(|z| z.to_angle()).collect());
             }
             figures["warm"] = motion.figures(&self.graph.areas);
         }
         // The field as it is, again and again: what a frame with a changed input costs.
-        let warm: Result<Vec<f64>, String> = (0..=args.repeat).map(|_| self.follow(problem.field.clone())).collect();
+        let mut follow = || self.follow(problem.field.clone(), problem.frequency);
+        let warm: Result<Vec<f64>, String> = (0..=args.repeat).map(|_| follow()).collect();
         let stage = |name: &str| gpu::stage_ms(&self.app, name);
         let per_sweep = stage("pattern_sweeps").map(|ms| ms / f64::from(problem.settings.warm_sweeps));
         figures["ms"] = json!({
@@ -171,8 +174,9 @@ impl Gpu {
         Ok(figures)
     }
 
-    fn follow(&mut self, field: DirectionField) -> Result<f64, String> {
-        self.app.world_mut().entity_mut(self.entity).insert(field);
+    fn follow(&mut self, field: DirectionField, frequency: f32) -> Result<f64, String> {
+        let inputs = (field, Frequency::Uniform(frequency));
+        self.app.world_mut().entity_mut(self.entity).insert(inputs);
         self.frame()
     }
 

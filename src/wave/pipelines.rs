@@ -88,10 +88,23 @@ pub(super) fn init_pipelines(
         ),
     );
     // The shaders import it by name.
-    commands.insert_resource(PassLibrary(load_embedded_asset!(&*assets, "passes.wgsl")));
+    commands.insert_resource(PassLibraries([
+        load_embedded_asset!(&*assets, "passes.wgsl"),
+        load_embedded_asset!(&*assets, "field/tangent.wgsl"),
+        load_embedded_asset!(&*assets, "field/parameters.wgsl"),
+        load_embedded_asset!(&*assets, "field/vortices.wgsl"),
+        load_embedded_asset!(&*assets, "field/tensor.wgsl"),
+        load_embedded_asset!(&*assets, "field/cross.wgsl"),
+    ]));
     let ids = Pass::ALL.map(|pass| {
         let shader = match pass {
-            Pass::ProjectAxis | Pass::TakeDirections => load_embedded_asset!(&*assets, "field.wgsl"),
+            Pass::SmoothConstrain
+            | Pass::SmoothRestrict
+            | Pass::SmoothStart
+            | Pass::SmoothProlong
+            | Pass::SmoothSweep => load_embedded_asset!(&*assets, "field/smooth.wgsl"),
+            Pass::Directions => load_embedded_asset!(&*assets, "field/directions.wgsl"),
+            Pass::Frequencies => load_embedded_asset!(&*assets, "field/frequencies.wgsl"),
             Pass::EdgeWeights => load_embedded_asset!(&*assets, "edges.wgsl"),
             Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
                 load_embedded_asset!(&*assets, "hierarchy.wgsl")
@@ -115,9 +128,9 @@ pub(super) fn init_pipelines(
     commands.insert_resource(Pipelines { layout, ids });
 }
 
-/// Keeps the shader library loaded.
+/// Keeps the shader libraries loaded.
 #[derive(Resource)]
-struct PassLibrary(#[expect(dead_code, reason = "holding the handle is its use")] Handle<Shader>);
+struct PassLibraries(#[expect(dead_code, reason = "holding the handles is its use")] [Handle<Shader>; 6]);
 
 /// The first limit of the device that is below what the solver needs.
 fn missing_limit(device: &RenderDevice) -> Option<PatternError> {
@@ -153,7 +166,13 @@ fn missing_limit(device: &RenderDevice) -> Option<PatternError> {
 /// The name under which a pass's time is reported.
 pub(super) fn stage(pass: Pass) -> &'static str {
     match pass {
-        Pass::ProjectAxis | Pass::TakeDirections => "pattern_field",
+        Pass::Directions
+        | Pass::Frequencies
+        | Pass::SmoothConstrain
+        | Pass::SmoothRestrict
+        | Pass::SmoothStart
+        | Pass::SmoothProlong
+        | Pass::SmoothSweep => "pattern_field",
         Pass::EdgeWeights => "pattern_edges",
         Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
             "pattern_hierarchy"
