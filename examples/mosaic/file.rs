@@ -10,6 +10,7 @@ use bevy::{
 use std::path::Path;
 use zune_jpeg::{
     JpegDecoder,
+    errors::DecodeErrors,
     zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions},
 };
 
@@ -30,15 +31,26 @@ fn png(bytes: &[u8]) -> Result<Image, String> {
     let kind = ImageType::Format(ImageFormat::Png);
     let (formats, sampler) = (CompressedImageFormats::NONE, ImageSampler::Default);
     let image = Image::from_buffer(bytes, kind, formats, true, sampler, RenderAssetUsages::default());
-    image.map_err(|error| format!("cannot be read as PNG: {error}"))
+    let mut image = image.map_err(|error| format!("cannot be read as PNG: {error}"))?;
+    if image.texture_descriptor.format == TextureFormat::Rgba16Unorm {
+        // Bevy knows no sRGB of 16 bits and would take the colours for linear. The high bytes are enough.
+        image.data = image
+            .data
+            .map(|data| data.as_chunks::<2>().0.iter().map(|texel| texel[1]).collect());
+        image.texture_descriptor.format = TextureFormat::Rgba8UnormSrgb;
+    }
+    Ok(image)
 }
 
 fn jpeg(bytes: Vec<u8>) -> Result<Image, String> {
     let rgba = DecoderOptions::default().jpeg_set_out_colorspace(ColorSpace::RGBA);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), rgba);
-    let texels = decoder
-        .decode()
-        .map_err(|error| format!("cannot be read as JPEG: {error:?}"))?;
+    let unread = |error: DecodeErrors| format!("cannot be read as JPEG: {error:?}");
+    decoder.decode_headers().map_err(unread)?;
+    if let Some(ColorSpace::CMYK | ColorSpace::YCCK) = decoder.input_colorspace() {
+        return Err("is in the four colours of printers (CMYK); save it in RGB".to_owned());
+    }
+    let texels = decoder.decode().map_err(unread)?;
     let (width, height) = decoder.dimensions().ok_or("cannot be read as JPEG: it has no size")?;
     let extent = Extent3d {
         width: width as u32,
