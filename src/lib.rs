@@ -86,7 +86,9 @@ pub mod prelude {
             SamplingState, SpaceFunction, planar::PlanarDomain, surface::SurfaceMethod,
         },
         scene::{PatternScene, PatternScenePart},
-        wave::{PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings},
+        wave::{
+            PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings, pose::PatternPose,
+        },
     };
 }
 

@@ -45,11 +45,27 @@ pub(crate) enum Pass {
     BranchesTotal,
     /// Energy and branches of all patterns.
     Report,
+    /// Positions by joints and morph targets.
+    PoseVertices,
+    /// Normals and areas of posed positions.
+    PoseNormals,
+    /// Directions made from those at rest.
+    CarryDirections,
+    /// Deviators of the shape operator.
+    Deviators,
+    /// Their measure, per entity.
+    Limit,
+    /// What takes them along edges.
+    Transports,
+    /// A step of smoothing.
+    SmoothLines,
+    /// Directions of principal curvature.
+    CurvatureDirections,
 }
 
 impl Pass {
     /// All passes, in the order of their discriminants.
-    pub(crate) const ALL: [Self; 18] = [
+    pub(crate) const ALL: [Self; 26] = [
         Self::ProjectAxis,
         Self::TakeDirections,
         Self::EdgeWeights,
@@ -68,6 +84,14 @@ impl Pass {
         Self::BranchesPartial,
         Self::BranchesTotal,
         Self::Report,
+        Self::PoseVertices,
+        Self::PoseNormals,
+        Self::CarryDirections,
+        Self::Deviators,
+        Self::Limit,
+        Self::Transports,
+        Self::SmoothLines,
+        Self::CurvatureDirections,
     ];
 
     /// Name of the entry point.
@@ -91,7 +115,20 @@ impl Pass {
             Self::BranchesPartial => "branches_partial",
             Self::BranchesTotal => "branches_total",
             Self::Report => "report",
+            Self::PoseVertices => "pose_vertices",
+            Self::PoseNormals => "pose_normals",
+            Self::CarryDirections => "carry_directions",
+            Self::Deviators => "deviators",
+            Self::Limit => "limit",
+            Self::Transports => "transports",
+            Self::SmoothLines => "smooth_lines",
+            Self::CurvatureDirections => "curvature_directions",
         }
+    }
+
+    /// Whether it writes the buffer of positions and normals, which all others read only.
+    pub(crate) fn writes_geometry(self) -> bool {
+        matches!(self, Self::PoseVertices | Self::PoseNormals)
     }
 }
 
@@ -108,7 +145,8 @@ pub(crate) struct StepUniform {
     pub(crate) level_sweeps: u32,
     pub(crate) momentum: f32,
     pub(crate) epsilon: f32,
-    pub(crate) pad: [u32; 3],
+    pub(crate) round: u32,
+    pub(crate) pad: [u32; 2],
 }
 
 /// Workgroups per row: below WebGPU's 65,535 per dimension.

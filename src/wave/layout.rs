@@ -74,7 +74,45 @@ pub struct PatternRecord {
     /// `wave[scalar_base + v]` are the two scalars of vertex v that styles may show; 0: there are none.
     pub scalar_base: u32,
     /// Unused.
-    pub pad: [u32; 12],
+    pub pad: [u32; 6],
+    /// `surface[pose_base..]` is the entity's [`PoseRecord`]; 0: its positions are not posed.
+    pub pose_base: u32,
+    /// Unused.
+    pub pad_end: [u32; 5],
+}
+
+/// The directions of a posed surface are [`PatternRecord::axis`], projected, with frequencies of their own.
+pub const POSE_AXIS: u32 = 1;
+/// They are those of the minor principal curvature, not of the major one.
+pub const POSE_MINOR: u32 = 2;
+
+/// How an entity is posed. The matrices of its joints follow, three rows of four numbers each, and then the weights of its
+/// morph targets.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub struct PoseRecord {
+    /// Number of matrices, 1 or more; the first is everybody's where there is no skin.
+    pub joints: u32,
+    /// Number of weights.
+    pub targets: u32,
+    /// `surface[skin_base + 6 v]` are two joints of vertex v, 16 bits each, the next one two more, then four weights; 0: there is no skin.
+    pub skin_base: u32,
+    /// `surface[target_base + 3 (t V + v)]`.. is by how much morph target t displaces vertex v of V.
+    pub target_base: u32,
+    /// Positions, areas, normals and ids at rest, as [`PatternRecord::geometry_base`].
+    pub rest_base: u32,
+    /// `surface[corner_offset_base + v] .. surface[corner_offset_base + v + 1]` are the corners around vertex v.
+    pub corner_offset_base: u32,
+    /// `surface[corner_base + k]` is corner c of triangle t, as 3 t + c.
+    pub corner_base: u32,
+    /// Directions and frequencies at rest, as [`PatternRecord::field_base`].
+    pub field_base: u32,
+    /// Steps of smoothing of curvature directions.
+    pub smoothing: u32,
+    /// `POSE_*`.
+    pub flags: u32,
+    /// Unused.
+    pub pad: [u32; 2],
 }
 
 /// One level of an entity's hierarchy.

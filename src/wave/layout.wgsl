@@ -9,6 +9,10 @@ const FLAG_FOLLOW: u32 = 8u;
 
 const RECORD_WORDS: u32 = 32u;
 const LEVEL_WORDS: u32 = 12u;
+const POSE_WORDS: u32 = 12u;
+
+const POSE_AXIS: u32 = 1u;
+const POSE_MINOR: u32 = 2u;
 
 struct PatternRecord {
     vertices: u32,

@@ -22,6 +22,7 @@ mod patterns;
 mod pending;
 mod pipelines;
 mod plan;
+pub mod pose;
 mod quality;
 mod render;
 mod settings;
@@ -65,12 +66,14 @@ impl Plugin for WavePlugin {
         }
         app.init_resource::<PatternArena>()
             .init_resource::<patterns::PackedGraphs>()
+            .init_resource::<pose::PackedRigs>()
             .init_resource::<patterns::Outbox>()
             .init_resource::<SolverSettings>()
             .init_resource::<settings::ValidSettings>()
             .init_resource::<crate::diagnostics::QualityReport>()
             .init_resource::<crate::material::BufferGeneration>()
             .register_type::<PatternState>()
+            .register_type::<pose::PatternPose>()
             .register_type::<SolverSettings>()
             .register_required_components::<DirectionField, PatternState>()
             .register_required_components::<DirectionField, Frequency>()

@@ -154,7 +154,8 @@ impl PatternRanges {
         }
     }
 
-    fn take(&mut self, arena: &mut PatternArena, pool: Pool, len: u32) -> Result<u32, PatternError> {
+    /// A further range, which goes with the others.
+    pub(crate) fn take(&mut self, arena: &mut PatternArena, pool: Pool, len: u32) -> Result<u32, PatternError> {
         let range = arena.allocate(pool, len)?;
         self.ranges.push((pool, range.clone()));
         Ok(range.start)
@@ -182,8 +183,9 @@ impl PatternRanges {
         )?;
         let momentum = if local { graph.vertices } else { 0 };
         self.field = self.take(arena, Pool::Wave, 2 * graph.vertices + nodes + momentum)?;
-        // Vertices without an edge have a direction as well.
-        self.edges = self.take(arena, Pool::Edges, edges.max(2 * graph.vertices))?;
+        // Vertices without an edge have a direction as well; the passes of `curvature.wgsl` lay most down here.
+        let laid_down = graph.levels[0].edges + 2 * graph.vertices + 1;
+        self.edges = self.take(arena, Pool::Edges, edges.max(laid_down))?;
         let mut edge_base = self.edges;
         let state_base = self.take(arena, Pool::Balance, STATE_WORDS + partials + nodes)?;
         if own_geometry {

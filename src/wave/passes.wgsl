@@ -44,7 +44,8 @@ struct Step {
     momentum: f32,
     // The local rule ends below this relative change of the energy; 0: never.
     epsilon: f32,
-    pad_a: u32,
+    // Number of a step that is repeated.
+    round: u32,
     pad_b: u32,
     pad_c: u32,
 }

@@ -5,6 +5,7 @@
 use super::{
     frame::{Frame, Pass, ROW, Step, StepUniform},
     pack::PackedGraph,
+    pose::Posed,
     settings::{ColdStart, SolverSettings},
 };
 use std::{ops::Range, sync::Arc};
@@ -46,6 +47,8 @@ impl Member {
 /// Which entities take part in what, this frame.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
+    /// The surface has moved.
+    pub(crate) posed: Vec<Posed>,
     /// Directions are projected on the GPU.
     pub(crate) axis: Vec<Member>,
     /// Directions were uploaded.
@@ -64,7 +67,8 @@ pub(crate) struct Work {
 
 impl Work {
     pub(crate) fn is_empty(&self) -> bool {
-        self.axis.is_empty()
+        self.posed.is_empty()
+            && self.axis.is_empty()
             && self.given.is_empty()
             && self.changed.is_empty()
             && self.cold.is_empty()
@@ -77,6 +81,7 @@ impl Work {
 /// The dispatches of a frame. `item`: nodes of one item of work, a multiple of 64.
 pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mut Frame) {
     let mut planner = Planner { frame, settings, item };
+    planner.pose(&work.posed);
     planner.pass_over_vertices(Pass::ProjectAxis, &work.axis);
     planner.pass_over_vertices(Pass::TakeDirections, &work.given);
     planner.pass_over_vertices(Pass::EdgeWeights, &work.changed);
@@ -88,7 +93,7 @@ pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mu
     planner.report(&work.reported);
 }
 
-struct Planner<'a> {
+pub(super) struct Planner<'a> {
     frame: &'a mut Frame,
     settings: &'a SolverSettings,
     item: u32,
@@ -111,7 +116,7 @@ impl Planner<'_> {
     }
 
     /// Items over all nodes of a level, of the members that have it.
-    fn level_items(&mut self, members: &[Member], level: usize) -> Range<u32> {
+    pub(super) fn level_items(&mut self, members: &[Member], level: usize) -> Range<u32> {
         self.items(|planner| {
             for member in members.iter().filter(|member| level < member.levels()) {
                 planner.push_items(member.record, level, 0, member.nodes(level));
@@ -138,7 +143,7 @@ impl Planner<'_> {
             .collect()
     }
 
-    fn step(&mut self, pass: Pass, items: &Range<u32>, uniform: StepUniform) {
+    pub(super) fn step(&mut self, pass: Pass, items: &Range<u32>, uniform: StepUniform) {
         if !items.is_empty() {
             let uniform = StepUniform {
                 first_item: items.start,
@@ -150,7 +155,7 @@ impl Planner<'_> {
         }
     }
 
-    fn pass_over_vertices(&mut self, pass: Pass, members: &[Member]) {
+    pub(super) fn pass_over_vertices(&mut self, pass: Pass, members: &[Member]) {
         let items = self.level_items(members, 0);
         self.step(pass, &items, StepUniform::default());
     }
@@ -280,7 +285,7 @@ impl Planner<'_> {
     }
 
     /// One item (record, _, 0, partial sums) per member.
-    fn sums_of(&mut self, members: &[Member], len: impl Fn(&Member) -> u32) -> Range<u32> {
+    pub(super) fn sums_of(&mut self, members: &[Member], len: impl Fn(&Member) -> u32) -> Range<u32> {
         let size = self.item;
         self.items(|planner| {
             planner.frame.items.extend(

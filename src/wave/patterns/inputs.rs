@@ -22,7 +22,7 @@ use bevy::{
 
 impl Pattern {
     /// That of the directions in use, which is not the entity's while new ones are being computed.
-    fn symmetry(&self) -> Symmetry {
+    pub(super) fn symmetry(&self) -> Symmetry {
         if self.record.flags & FLAG_VECTOR != 0 {
             Symmetry::Vector
         } else {
@@ -31,7 +31,7 @@ impl Pattern {
     }
 
     /// Other directions come into use. They follow those before where phasors refer to these.
-    fn begin_directions(&mut self, symmetry: Symmetry) {
+    pub(super) fn begin_directions(&mut self, symmetry: Symmetry) {
         if symmetry != self.symmetry() && self.phase != Phase::Waiting {
             // The phasors of lines and of vectors mean different things.
             self.phase = Phase::Cold;
@@ -157,7 +157,13 @@ fn compute_directions(
     })
 }
 
-fn check_uniform(axis: Dir3, frequency: f32, turn: f32) -> Result<(), PatternError> {
+/// Refuses a turn that is not finite.
+pub(super) fn check_turn(turn: f32) -> Result<(), PatternError> {
+    check_uniform(Dir3::Y, 0.0, turn)
+}
+
+/// Refuses an axis and a frequency that mean nothing.
+pub(super) fn check_uniform(axis: Dir3, frequency: f32, turn: f32) -> Result<(), PatternError> {
     if !axis.is_finite() || !turn.is_finite() {
         Err(PatternError::NotFinite {
             what: "direction of vertex",

@@ -1,7 +1,12 @@
 //! The life of a pattern: it is made when its mesh and its field are there, made anew when these are others, fails, and
 //! goes with its entity or its field.
 
-use super::{Changed, Inputs, Pattern, PatternedItem, Phase, Tools, graphs::pack, inputs::update_inputs};
+use super::{
+    Changed, Inputs, Pattern, PatternedItem, Phase, Tools,
+    graphs::pack,
+    inputs::update_inputs,
+    live::{Live, Rigged, update_live},
+};
 use crate::{
     error::PatternError,
     field::{DirectionField, PatternSpace, Symmetry},
@@ -10,6 +15,7 @@ use crate::{
         arena::{PatternArena, Pool},
         layout::FLAG_READY,
         pack::{PackedGraph, PatternRanges, RECORD_WORDS},
+        pose::{JOINT, MORPH_WEIGHT},
         settings::ColdStart,
         state::{PatternFailed, PatternState, RestartPattern},
     },
@@ -26,10 +32,15 @@ impl Pattern {
         graph: Arc<PackedGraph>,
         surface: &Surface,
         inputs: Inputs,
+        rigged: Option<Rigged>,
         tools: &mut Tools,
     ) -> Result<Self, PatternError> {
         let local = matches!(tools.settings.cold_start, ColdStart::Local(_));
-        let (ranges, record, levels) = PatternRanges::new(&graph, &mut tools.arena, inputs.linear.is_some(), local)?;
+        let own_geometry = inputs.linear.is_some() || rigged.is_some();
+        let (mut ranges, mut record, levels) = PatternRanges::new(&graph, &mut tools.arena, own_geometry, local)?;
+        let live = rigged.map(|rigged| Live::new(rigged, &graph, &mut ranges, &mut tools.arena));
+        let live = live.transpose().inspect_err(|_| ranges.free(&mut tools.arena))?;
+        record.pose_base = live.as_ref().map_or(0, Live::base);
         let pattern = Self {
             ranges,
             record,
@@ -38,6 +49,7 @@ impl Pattern {
             topology: surface.topology,
             geometry: surface.geometry,
             inputs,
+            live,
             directions: Vec::new(),
             uploaded: false,
             task: None,
@@ -72,7 +84,8 @@ pub(super) fn update_pattern(
         || item.symmetry.as_ref().is_some_and(|symmetry| symmetry.is_changed())
         || item.turn.as_ref().is_some_and(|turn| turn.is_changed())
         || item.space.as_ref().is_some_and(|space| space.is_changed())
-        || matches!(&*item.state, PatternState::Failed(PatternError::MeshTagTaken));
+        || item.pose.as_ref().is_some_and(|pose| pose.is_changed())
+        || matches!(&*item.state, PatternState::Failed(error) if may_pass(error));
     let own_mesh = item.meshes.is_some_and(|meshes| meshes.drawn == item.mesh.0);
     if !own_mesh && let Some(pattern) = item.pattern.as_mut() {
         // The pattern belongs to the mesh that was there before.
@@ -109,9 +122,10 @@ pub(super) fn update_pattern(
     }
     let graph = pack(&surface, source.id(), tools)?;
     let in_world = item.space.as_ref().is_some_and(|space| **space == PatternSpace::World);
+    let rigged = Rigged::of(item, &surface, source.id(), in_world, tools)?;
     let linear = item
         .transform
-        .filter(|_| in_world)
+        .filter(|_| in_world && rigged.is_none())
         .map(|transform| transform.affine().matrix3);
     let inputs = Inputs {
         symmetry,
@@ -119,7 +133,11 @@ pub(super) fn update_pattern(
         linear,
     };
     let current = item.pattern.as_ref().is_some_and(|pattern| {
-        pattern.topology == surface.topology && pattern.inputs.linear.is_some() == linear.is_some()
+        let same_memory = match (&pattern.live, &rigged) {
+            (Some(live), Some(rigged)) => live.fits(rigged),
+            (live, rigged) => live.is_none() && rigged.is_none(),
+        };
+        pattern.topology == surface.topology && same_memory && pattern.inputs.linear.is_some() == linear.is_some()
     });
     if !current || fresh || !own_mesh {
         // The tag of a cloned pattern is nobody's.
@@ -135,9 +153,12 @@ pub(super) fn update_pattern(
         if taken {
             return Err(PatternError::MeshTagTaken);
         }
-        let mut pattern = Pattern::new(graph, &surface, inputs, tools)?;
+        let mut pattern = Pattern::new(graph, &surface, inputs, rigged.clone(), tools)?;
         // Bad input leaves a pattern that waits for a better one.
-        let updated = update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, true);
+        let updated = match rigged {
+            Some(rigged) => update_live(&mut pattern, item, &surface, inputs, source.id(), tools, rigged, true),
+            None => update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, true),
+        };
         let tag = pattern.ranges.record;
         let meshes = PatternMesh {
             source: source.clone(),
@@ -165,9 +186,21 @@ pub(super) fn update_pattern(
     let Some(mut pattern) = item.pattern.take() else {
         return Ok(Changed::Waiting);
     };
-    let changed = update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, false);
+    let changed = match rigged {
+        Some(rigged) => update_live(&mut pattern, item, &surface, inputs, source.id(), tools, rigged, false),
+        None => update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, false),
+    };
     item.pattern = Some(pattern);
     changed
+}
+
+/// What may be over without a change that is seen.
+fn may_pass(error: &PatternError) -> bool {
+    match error {
+        PatternError::MeshTagTaken => true,
+        PatternError::NotFinite { what, .. } => [JOINT, MORPH_WEIGHT].contains(what),
+        _ => false,
+    }
 }
 
 /// Says once why a pattern cannot be drawn, and draws the base material.

@@ -6,6 +6,7 @@
 mod graphs;
 mod inputs;
 mod life;
+mod live;
 mod schedule;
 
 pub(crate) use graphs::{PackedGraphs, request_surfaces, update_graphs};
@@ -17,6 +18,7 @@ use super::{
     layout::{FLAG_READY, LevelRecord, PatternRecord},
     pack::{PackedGraph, PatternRanges},
     plan::{Member, Work, plan},
+    pose::{PackedRigs, PatternPose, Skeletons},
     settings::{ColdStart, ValidSettings},
     state::{NeedsVector, PatternReady, PatternState},
     status::GpuStatus,
@@ -31,12 +33,13 @@ use crate::{
 use bevy::{
     ecs::{query::QueryData, system::SystemParam},
     math::Mat3A,
-    mesh::MeshTag,
+    mesh::{MeshTag, morph::MeshMorphWeights, skinning::SkinnedMesh},
     prelude::*,
     tasks::Task,
 };
 use graphs::forget_unused;
 use life::{fail, release, update_pattern};
+use live::Live;
 use schedule::schedule;
 use std::{mem::discriminant, sync::Arc};
 
@@ -55,6 +58,8 @@ pub struct Pattern {
     topology: u32,
     geometry: u32,
     inputs: Inputs,
+    /// The surface is posed on the GPU.
+    live: Option<Live>,
     /// Directions as last uploaded; empty where the GPU makes them.
     directions: Vec<Vec3>,
     /// Directions were uploaded, and the GPU has not taken them yet.
@@ -76,7 +81,7 @@ struct Directions {
 struct Inputs {
     symmetry: Symmetry,
     turn: f32,
-    /// The entity's linear part, where the pattern lives in the world.
+    /// The entity's linear part, where the pattern lives in the world and the surface is not posed on the GPU.
     linear: Option<Mat3A>,
 }
 
@@ -125,6 +130,9 @@ pub(crate) struct Patterned {
     symmetry: Option<Ref<'static, Symmetry>>,
     turn: Option<Ref<'static, FieldTurn>>,
     space: Option<Ref<'static, PatternSpace>>,
+    pose: Option<Ref<'static, PatternPose>>,
+    skin: Option<&'static SkinnedMesh>,
+    morph: Option<&'static MeshMorphWeights>,
     transform: Option<&'static GlobalTransform>,
     tag: Option<&'static MeshTag>,
     needs_vector: Option<&'static NeedsVector>,
@@ -140,6 +148,8 @@ pub(crate) struct Tools<'w, 's> {
     arena: ResMut<'w, PatternArena>,
     cache: ResMut<'w, SurfaceCache>,
     packed: ResMut<'w, PackedGraphs>,
+    rigs: ResMut<'w, PackedRigs>,
+    skeletons: Skeletons<'w, 's>,
     graphs: Res<'w, Assets<SurfaceGraph>>,
     meshes: Res<'w, Assets<Mesh>>,
     settings: Res<'w, ValidSettings>,
@@ -166,6 +176,7 @@ pub(crate) fn update_patterns(
     *cold_start = Some(tools.settings.cold_start.clone());
     if lost {
         tools.packed.retire_all();
+        tools.rigs.retire_all();
     }
     let mut work = Work::default();
     let mut ready = Vec::new();

@@ -14,6 +14,7 @@ use bevy::prelude::*;
 impl Pattern {
     /// The GPU brings directions and edge constants up to date.
     fn push_inputs(&mut self, work: &mut Work) {
+        work.posed.extend(self.posed());
         if self.record.flags & FLAG_AXIS != 0 {
             work.axis.push(self.member());
         } else if std::mem::take(&mut self.uploaded) {
