@@ -92,7 +92,8 @@ impl Plugin for WavePlugin {
                     update.chain().in_set(PatternSystems),
                     patterns::request_surfaces.in_set(SurfaceSystems::Request),
                 ),
-            );
+            )
+            .add_systems(Last, pose::take_over_again);
         render::build(app);
     }
 

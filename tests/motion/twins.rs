@@ -17,6 +17,7 @@ use bevy_field_patterns::{
         layout::GEOMETRY_BUFFER,
         pose::{Pose, Rig, carry_directions, pose_vertices},
         quality,
+        solver::solve_cpu,
     },
 };
 use std::sync::Arc;
@@ -71,7 +72,6 @@ fn vertices_are_posed_as_bevy_draws_them() {
             .map(|&v| to_pattern.transform_point3(drawn[v as usize]))
             .collect();
         let (apart, moved) = (farthest(&posed, &expected), farthest(&first, &expected));
-        println!("{skinned} {space:?}: {apart} apart, moved {moved}");
         assert!(apart < 2e-5 && moved > 0.05, "{skinned} {space:?}: {apart}, {moved}");
         app.world_mut().despawn(instance.root);
         update(&mut app);
@@ -118,10 +118,8 @@ fn the_twin_poses_vertices_as_the_device_does() {
     };
     let apart = farthest(&posed, &pose_vertices(&graph, &rig, &pose));
     assert!(apart < 1e-5, "{apart}");
-    assert_eq!(
-        farthest(&graph.positions, &pose_vertices(&graph, &rig, &Pose::rest())),
-        0.0
-    );
+    let still = farthest(&graph.positions, &pose_vertices(&graph, &rig, &Pose::rest()));
+    assert!(still < 1e-6, "{still}");
 }
 
 #[test]
@@ -148,7 +146,6 @@ fn normals_and_areas_are_those_of_the_twin() {
             ratios.fold(0.0, f32::max)
         };
         let area_off = relative(&posed.areas, 1.0);
-        println!("normals {off}, areas {area_off}");
         assert!(off < 2e-5 && area_off < 1e-4, "normals {off}, areas {area_off}");
         // Those of the mesh at rest are others.
         assert!(farthest(&normals, &rest.normals) > 0.3 && relative(&rest.areas, scale * scale) > 0.3);
@@ -194,7 +191,6 @@ fn curvature_directions_are_those_of_the_twin() {
         let twin = directions(&field, Symmetry::Line, turn, &posed, &empty).unwrap();
         let angles = line_angles(&d, &twin);
         let (most, worst) = (angles[angles.len() * 99 / 100], angles[angles.len() - 1]);
-        println!("{direction:?} {smoothing}: {most} {worst}");
         assert!(most < 1e-3, "{direction:?}, {smoothing} steps: {most} {worst}");
         assert!(f.iter().all(|&f| f == 3.0));
         // They are tangents, and others than those before.
@@ -255,7 +251,7 @@ fn given_directions_are_carried_along() {
 
 /// A linear map takes tangents to their images, contour lines too; a gradient goes across these.
 #[test]
-fn linear_maps_carry_directions_exactly() {
+fn linear_maps_carry_tangents_and_gradients() {
     const HEIGHT: MeshVertexAttribute = MeshVertexAttribute::new("Height", 0x7e57_0001, VertexFormat::Float32);
     let mut app = app();
     let raw = shapes::icosphere(4, 1.0);
@@ -295,7 +291,6 @@ fn linear_maps_carry_directions_exactly() {
         off.sort_unstable_by(f32::total_cmp);
         // A sphere is no plane: edges bend, and the ends of its gradient are singular.
         let most = off[off.len() * 95 / 100];
-        println!("{quarter_turn}: {most}");
         assert!(most < 0.05, "{quarter_turn}: {most}");
         app.world_mut().despawn(entity);
         update(&mut app);
@@ -322,8 +317,9 @@ fn live_patterns_keep_their_spacing() {
         posed.update_positions(&drawn).unwrap();
         let (d, f, z) = wave(&app, instance.entity);
         let q = quality(&posed, &d, &f, &z, Symmetry::Vector);
-        println!("{pose:?}: {q:?}");
-        assert_eq!(q.energy < 0.05, keeps, "{pose:?}: {q:?}");
+        let cold = solve_cpu(&posed, &d, &f, Symmetry::Vector, &default());
+        let best = quality(&posed, &d, &f, &cold.phasors, Symmetry::Vector).energy;
+        assert_eq!(q.energy < 1.5 * best, keeps, "{pose:?}: {q:?}, {best}");
         app.world_mut().despawn(instance.root);
         update(&mut app);
     }

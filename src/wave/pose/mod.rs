@@ -21,7 +21,7 @@ mod rig;
 mod rigs;
 mod twin;
 
-pub(crate) use motion::{JOINT, MORPH_WEIGHT, Skeletons};
+pub(crate) use motion::{JOINT, MORPH_WEIGHT, Skeletons, take_over_again};
 pub(crate) use plan::Posed;
 pub use rig::{Pose, Rig};
 pub(crate) use rigs::{PackedRig, PackedRigs};

@@ -1,13 +1,14 @@
 //! What the skeletons and morph weights of the world say of an entity.
 //!
-//! In: an entity's skin, weights and transform. Out: its [`Pose`] in the pattern's space.
+//! In: an entity's skin, weights and transform. Out: its [`Pose`] in the pattern's space, whether it is seen or not.
 
 use super::Pose;
-use crate::error::PatternError;
+use crate::{error::PatternError, wave::Pattern};
 use bevy::{
     ecs::system::SystemParam,
     math::{Affine3A, Mat3A},
     mesh::{
+        MeshTag,
         morph::{MeshMorphWeights, MorphWeights},
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
@@ -94,4 +95,24 @@ impl Skeletons<'_, '_> {
         };
         skin.joints.iter().enumerate().map(matrix).collect()
     }
+}
+
+/// Has morphed meshes drawn again as they are, in the frame after they have become visible: Bevy 0.19.1 takes such a mesh
+/// over before its weights have a place on the GPU, and draws it without them until something of it changes.
+pub(crate) fn take_over_again(
+    changed: Query<(Entity, &ViewVisibility), (With<Pattern>, With<MeshMorphWeights>, Changed<ViewVisibility>)>,
+    mut tags: Query<&mut MeshTag>,
+    mut seen: Local<Vec<Entity>>,
+) {
+    for entity in seen.drain(..) {
+        if let Ok(mut tag) = tags.get_mut(entity) {
+            tag.set_changed();
+        }
+    }
+    seen.extend(
+        changed
+            .iter()
+            .filter(|(_, visible)| visible.get())
+            .map(|(entity, _)| entity),
+    );
 }
