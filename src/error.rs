@@ -15,8 +15,11 @@ pub enum PatternError {
     /// The mesh has no triangle with an area.
     #[error("the mesh has no triangles; a pattern needs at least one triangle with an area")]
     NoTriangles,
-    /// The mesh is a list of points or lines.
-    #[error("the mesh's topology is {0}; use a triangle list or a triangle strip")]
+    /// A point cloud is too small to be a surface.
+    #[error("the point cloud has {0} points at different places; a pattern needs at least three")]
+    TooFewPoints(usize),
+    /// The mesh is a list of lines, or one of points where triangles are needed.
+    #[error("the mesh's topology is {0}; use a triangle list or a triangle strip (for waves, a point list will do)")]
     Topology(String),
     /// The mesh's data lives in the render world only.
     #[error("the mesh's data was already moved to the GPU; load it with RenderAssetUsages::MAIN_WORLD | RENDER_WORLD")]
@@ -82,6 +85,9 @@ pub enum PatternError {
     /// The style needs a vector field.
     #[error("{0} needs Symmetry::Vector: on a line field d and -d are the same, and only sin \u{3a6} is defined")]
     NeedsVectorSymmetry(&'static str),
+    /// The entity is a point cloud, whose points have no triangles to take normals from.
+    #[error("a point cloud cannot be posed; give it PatternPose::Rest")]
+    LiveCloud,
     /// A metric has an eigenvalue that is not above zero.
     #[error("{what} {index} is not positive definite; d² = vᵀMv must be above 0 for every direction v")]
     NotPositive {
@@ -134,6 +140,38 @@ pub enum PatternError {
         /// Number of samples.
         samples: usize,
     },
+    /// The field or the frequency depends on more than a mesh.
+    #[error("this source depends on more than a mesh; for the CPU use bevy_field_patterns::field::{0}")]
+    NotOfMesh(&'static str),
+    /// An entity that an input names is gone or lacks something.
+    #[error("{what} names the entity {entity}, which does not exist or has no {lacks}")]
+    MissingEntity {
+        /// The input: "`Frequency::DistanceTo`".
+        what: &'static str,
+        /// The entity.
+        entity: Entity,
+        /// What it should have: "`GlobalTransform`".
+        lacks: &'static str,
+    },
+    /// There are no scalars to follow.
+    #[error("{0} needs scalars; give the entity DirectionField::Tensor or PatternScalars")]
+    NoScalars(&'static str),
+    /// The snapshots of a field are no sequence.
+    #[error("DirectionField::Snapshots: {0}")]
+    Snapshots(&'static str),
+    /// A user's buffer has the wrong size.
+    #[error("the buffer of {what} has {found} bytes, but {needed} are needed, one value per vertex of the mesh")]
+    BufferSize {
+        /// What it is for: "`DirectionField::Buffer`".
+        what: &'static str,
+        /// Its size.
+        found: u64,
+        /// The size needed.
+        needed: u64,
+    },
+    /// A user's buffer cannot be copied.
+    #[error("the buffer of {0} cannot be copied; create it with BufferUsages::COPY_SRC")]
+    BufferUsage(&'static str),
     /// The entity carries a field and samples, but can be drawn with one pattern only.
     #[error("the entity has a DirectionField and a SampleSet; draw waves and cells on two entities with the same mesh")]
     TwoPatterns,

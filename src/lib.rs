@@ -75,7 +75,11 @@ pub mod prelude {
         FieldPatternsPlugin,
         cells::{CellState, SampleValues, planar_mesh},
         error::PatternError,
-        field::{DirectionField, FieldTurn, Frequency, PatternSpace, Principal, Symmetry},
+        field::{
+            Alignment, DirectionField, Eigenvector, Falloff, FieldBuffer, FieldRing, FieldTime, FieldTurn, Frequency,
+            Painted, PatternScalars, PatternSpace, Principal, ScalarSource, Sense, SmoothField, Smoothing, Snapshot,
+            Symmetry, TensorField, Vortex, VortexCores, VortexField,
+        },
         material::{
             BorderWidth, CellDebug, CellFill, CellMaterial, CellMaterial2d, CellShape, CellTexture, Cells, DebugStyle,
             Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes,
@@ -87,7 +91,8 @@ pub mod prelude {
         },
         scene::{PatternScene, PatternScenePart},
         wave::{
-            PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern, SolverSettings, pose::PatternPose,
+            CreaseLine, CreasePhase, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern,
+            SolverSettings, Waves, pose::PatternPose,
         },
     };
 }

@@ -11,9 +11,10 @@ use bevy_field_patterns::{
         kite::{cmul, edge_phase, phasor, reversed},
         quality,
         solver::{
-            ColdStart, Edges, LocalRule, Relaxation, SolverSettings, align, coarsen, edges, energy, hash_turns,
-            normalize_or, prolong, solve_cpu, sweep,
+            Child, ColdStart, Edges, LocalRule, MergedRule, Relaxation, SolverSettings, align, coarsen, edges, energy,
+            hash_turns, normalize_or, prolong, solve_cpu, sweep, v_cycle,
         },
+        {Coupling, Waves},
     },
 };
 use common::{mesh_file::RawMesh, shapes};
@@ -275,10 +276,12 @@ fn solving_survives_what_has_no_answer() {
 
 /// How well the phasors agree with what they see: the energy is Σw minus this.
 fn coherence(level: &Level, edges: &Edges, z: &[Vec2]) -> f64 {
-    let of_edge = |i: usize, k: usize| f64::from(z[i].dot(edges.seen(k, z[level.neighbors[k] as usize])));
-    (0..level.len())
-        .flat_map(|i| level.edges(i).map(move |k| (i, k)))
-        .map(|(i, k)| of_edge(i, k))
+    let waves = edges.waves();
+    (0..waves * level.len())
+        .map(|node| {
+            let seen = edges.seen_sum(level, node / waves, node % waves, |source| z[source]);
+            f64::from(z[node].dot(seen))
+        })
         .sum()
 }
 
@@ -288,32 +291,40 @@ fn coarse_energy_is_the_fine_energy() {
     let raw = shapes::torus(60, 30, 1.0, 0.4, 0.25, 6);
     let graph = graph_of(&raw);
     let d = field_of(&graph, &raw, &DirectionField::Axis(Dir3::Y), Symmetry::Vector);
-    let (fine, _) = edges(&graph, &d, &vec![5.0; graph.len()], Symmetry::Vector);
-    let [level, coarse, ..] = &graph.levels[..] else {
-        panic!("two levels at least");
-    };
-    let (mut z, mut sigma) = (vec![Vec2::X; level.len()], vec![1.0; level.len()]);
-    align(level, &fine, &mut z, &mut sigma);
-    assert!(
-        sigma.iter().all(|&sigma| sigma == 1.0),
-        "nothing flips on a vector field"
-    );
-    let ab = coarsen(level, &fine, &z, &sigma, coarse);
-    let one = vec![Vec2::X; coarse.len()];
-    let (fine_before, coarse_before) = (coherence(level, &fine, &z), coherence(coarse, &ab, &one));
-    for seed in 0..5 {
-        let y: Vec<Vec2> = (0..coarse.len() as u32)
-            .map(|p| phasor(hash_turns(p * 5 + seed)))
-            .collect();
-        let mut rotated = z.clone();
-        prolong(level, &y, &sigma, &mut rotated);
-        let fine_change = coherence(level, &fine, &rotated) - fine_before;
-        let coarse_change = coherence(coarse, &ab, &y) - coarse_before;
+    for waves in [Waves::Single, Waves::Orthogonal { ratio: 1.5 }] {
+        let coupling = Coupling {
+            waves,
+            symmetry: Symmetry::Vector,
+        };
+        let (fine, _) = edges(&graph, &d, &vec![5.0; graph.len()], coupling);
+        let [level, coarse, ..] = &graph.levels[..] else {
+            panic!("two levels at least");
+        };
+        let nodes = waves.count() * level.len();
+        let (mut z, mut children) = (vec![Vec2::X; nodes], vec![Child::default(); nodes]);
+        align(level, &fine, &mut z, &mut children);
         assert!(
-            (fine_change - coarse_change).abs() < 1e-5 * fine_before,
-            "{fine_change} {coarse_change}"
+            children.iter().all(|&child| child == Child::default()),
+            "nothing flips on a vector field"
         );
-        assert!(coarse_change.abs() > 1e-3 * fine_before, "the comparison can fail");
+        let ab = coarsen(level, &fine, &z, &children, coarse);
+        let coarse_nodes = waves.count() * coarse.len();
+        let one = vec![Vec2::X; coarse_nodes];
+        let (fine_before, coarse_before) = (coherence(level, &fine, &z), coherence(coarse, &ab, &one));
+        for seed in 0..5 {
+            let y: Vec<Vec2> = (0..coarse_nodes as u32)
+                .map(|p| phasor(hash_turns(p * 5 + seed)))
+                .collect();
+            let mut rotated = z.clone();
+            prolong(level, &y, &children, &mut rotated);
+            let fine_change = coherence(level, &fine, &rotated) - fine_before;
+            let coarse_change = coherence(coarse, &ab, &y) - coarse_before;
+            assert!(
+                (fine_change - coarse_change).abs() < 1e-5 * fine_before,
+                "{fine_change} {coarse_change}"
+            );
+            assert!(coarse_change.abs() > 1e-3 * fine_before, "the comparison can fail");
+        }
     }
 }
 
@@ -336,4 +347,104 @@ fn a_perfect_wave_has_perfect_figures() {
     let q = quality(&graph, &d, &f, &z, Symmetry::Vector);
     assert!(q.energy < 1e-6 && q.branches == 0, "{q:?}");
     assert_eq!((q.angle_over_5deg, q.angle_over_5deg.is_sign_positive()), (0.0, true));
+}
+
+/// Every step of a V-cycle is a descent: on a vector field, where nothing flips, it never raises the energy.
+#[test]
+fn v_cycle_never_raises_the_energy() {
+    let raw = shapes::torus(60, 30, 1.0, 0.4, 0.25, 6);
+    let graph = graph_of(&raw);
+    for (symmetry, slack) in [(Symmetry::Vector, 1e-5), (Symmetry::Line, 0.02)] {
+        let d = field_of(&graph, &raw, &DirectionField::Axis(Dir3::Y), symmetry);
+        let (fine, sums) = edges(&graph, &d, &vec![5.0; graph.len()], symmetry);
+        let energy_of = |z: &[Vec2]| energy(graph.mesh_level(), &fine, &sums, z);
+        for omega in [1.0, 1.6] {
+            let mut z: Vec<Vec2> = (0..graph.len() as u32).map(|i| phasor(hash_turns(i))).collect();
+            let start = energy_of(&z);
+            let mut before = start;
+            for _ in 0..15 {
+                v_cycle(&graph, &fine, 1, omega, &mut z);
+                let cycled = energy_of(&z);
+                assert!(
+                    cycled <= before * (1.0 + slack),
+                    "{symmetry:?}, {omega}: {before} -> {cycled}"
+                );
+                sweep(graph.mesh_level(), &fine, &sums, &mut z, Relaxation::Plain);
+                before = energy_of(&z);
+                assert!(before <= cycled * (1.0 + 1e-6));
+            }
+            // It is worth something: sweeps alone end higher.
+            let mut swept: Vec<Vec2> = (0..graph.len() as u32).map(|i| phasor(hash_turns(i))).collect();
+            for _ in 0..15 {
+                sweep(graph.mesh_level(), &fine, &sums, &mut swept, Relaxation::Plain);
+            }
+            assert!(before < 0.95 * energy_of(&swept), "{before} {}", energy_of(&swept));
+        }
+    }
+    // The check can fail: rotating aggregates at random does raise it.
+    let d = field_of(&graph, &raw, &DirectionField::Axis(Dir3::Y), Symmetry::Vector);
+    let (fine, sums) = edges(&graph, &d, &vec![5.0; graph.len()], Symmetry::Vector);
+    let mut z = solve_cpu(&graph, &d, &vec![5.0; graph.len()], Symmetry::Vector, &default()).phasors;
+    let before = energy(graph.mesh_level(), &fine, &sums, &z);
+    let y: Vec<Vec2> = (0..graph.levels[1].len() as u32)
+        .map(|p| phasor(hash_turns(p)))
+        .collect();
+    prolong(graph.mesh_level(), &y, &vec![Child::default(); graph.len()], &mut z);
+    assert!(energy(graph.mesh_level(), &fine, &sums, &z) > 2.0 * before);
+}
+
+/// Merged surfaces halve, keep area and components, and bring the local rule to longer waves.
+#[test]
+fn merged_surfaces_help_the_local_rule() {
+    let raw = shapes::torus(80, 40, 1.0, 0.4, 0.25, 4);
+    let graph = graph_of(&raw);
+    let surfaces = graph.merged(10);
+    let mut finer = &graph;
+    for surface in &surfaces {
+        let n = surface.graph.len();
+        assert!(n < finer.len() * 7 / 10 || n < 10, "{n} of {}", finer.len());
+        assert_eq!(surface.parents.len(), finer.len());
+        let mut parts = vec![0; n];
+        surface.parents.iter().for_each(|&parent| parts[parent as usize] += 1);
+        assert!(parts.iter().all(|&parts| parts == 1 || parts == 2));
+        let area = |graph: &SurfaceGraph| graph.areas.iter().sum::<f32>();
+        assert!((area(&surface.graph) / area(&graph) - 1.0).abs() < 1e-4);
+        let level = finer.mesh_level();
+        for i in 0..finer.len() {
+            for k in level.edges(i) {
+                let [a, b] = [i as u32, level.neighbors[k]].map(|v| surface.parents[v as usize]);
+                let coarse = surface.graph.mesh_level();
+                let row = &coarse.neighbors[coarse.edges(a as usize)];
+                assert!(a == b || row.binary_search(&b).is_ok(), "edges become edges");
+            }
+        }
+        finer = &surface.graph;
+    }
+    let f = vec![8.0; graph.len()];
+    let solved = |symmetry, d: &[Vec3], cold_start| {
+        let settings = SolverSettings {
+            cold_start,
+            ..default()
+        };
+        let z = solve_cpu(&graph, d, &f, symmetry, &settings).phasors;
+        quality(&graph, d, &f, &z, symmetry).energy
+    };
+    for (symmetry, field) in [
+        (Symmetry::Line, curvature()),
+        (Symmetry::Vector, DirectionField::Axis(Dir3::Y)),
+    ] {
+        let d = field_of(&graph, &raw, &field, symmetry);
+        let merged = |levels| {
+            let local = LocalRule::default();
+            solved(symmetry, &d, ColdStart::Merged(MergedRule { levels, local }))
+        };
+        let local = solved(symmetry, &d, ColdStart::Local(LocalRule::default()));
+        // On no surface but the mesh, it is the local rule.
+        assert_eq!(merged(0), local);
+        assert!(merged(10) < 0.95 * local, "{symmetry:?}: {} {local}", merged(10));
+        assert!(
+            solved(symmetry, &d, ColdStart::default()) < 1.05 * merged(10),
+            "{symmetry:?}"
+        );
+    }
 }

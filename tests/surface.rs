@@ -1,6 +1,8 @@
 //! The surface room: what holds for the graph of every mesh, and what becomes of unusual meshes.
 #![allow(unreachable_pub, reason = "modules of one test")]
 
+#[path = "surface/creases.rs"]
+mod creases;
 #[path = "surface/meshes.rs"]
 mod meshes;
 #[path = "surface/theorems.rs"]

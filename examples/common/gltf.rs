@@ -23,9 +23,20 @@ use bevy::{
 pub const FIELD_ATTRIBUTE: MeshVertexAttribute =
     MeshVertexAttribute::new("Field", 0x0F1E_1D00, VertexFormat::Float32x3);
 
-/// Bevy's reader of glTF files, which also reads [`FIELD_ATTRIBUTE`]. It wants names without their first underscore.
+/// The attribute `_TENSOR_DIAGONAL` of a file: xx, yy, zz of a symmetric tensor per vertex.
+pub const TENSOR_DIAGONAL_ATTRIBUTE: MeshVertexAttribute =
+    MeshVertexAttribute::new("TensorDiagonal", 0x0F1E_1D06, VertexFormat::Float32x3);
+
+/// The attribute `_TENSOR_OFFDIAGONAL` of a file: xy, yz, xz of that tensor.
+pub const TENSOR_OFFDIAGONAL_ATTRIBUTE: MeshVertexAttribute =
+    MeshVertexAttribute::new("TensorOffdiagonal", 0x0F1E_1D07, VertexFormat::Float32x3);
+
+/// Bevy's reader of glTF files, which also reads the attributes above. It wants names without their first underscore.
 pub fn gltf_plugin() -> GltfPlugin {
-    GltfPlugin::default().add_custom_vertex_attribute("FIELD", FIELD_ATTRIBUTE)
+    GltfPlugin::default()
+        .add_custom_vertex_attribute("FIELD", FIELD_ATTRIBUTE)
+        .add_custom_vertex_attribute("TENSOR_DIAGONAL", TENSOR_DIAGONAL_ATTRIBUTE)
+        .add_custom_vertex_attribute("TENSOR_OFFDIAGONAL", TENSOR_OFFDIAGONAL_ATTRIBUTE)
 }
 
 /// Bevy copies a glTF scene into the world by reflection and panics at a type that is not registered, which, without its

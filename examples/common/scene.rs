@@ -15,8 +15,15 @@ use bevy::{
 };
 use bevy_panorbit_camera::{PanOrbitCamera, PanOrbitCameraPlugin};
 
-/// From the subject towards the camera: from the front, a little from the right and from above.
-const VIEW: Vec3 = Vec3::new(0.5, 0.42, 1.0);
+/// From the subjects towards the camera, of any length. Default: from the front, a little from the right and from above.
+#[derive(Resource, Clone, Copy, Debug)]
+pub struct View(pub Vec3);
+
+impl Default for View {
+    fn default() -> Self {
+        Self(Vec3::new(0.5, 0.42, 1.0))
+    }
+}
 
 /// Room between the subject and the edge of the picture, as a part of half the picture.
 const MARGIN: f32 = 0.1;
@@ -36,6 +43,7 @@ impl Plugin for StudioPlugin {
         }
         app.insert_resource(ClearColor(Color::srgb(0.86, 0.88, 0.90)))
             .insert_resource(DirectionalLightShadowMap { size: 2048 })
+            .init_resource::<View>()
             .add_systems(Startup, furnish)
             .add_systems(Update, (frame_subjects, fit_shadows).chain());
     }
@@ -56,13 +64,13 @@ struct Stage {
     radius: f32,
 }
 
-fn furnish(mut commands: Commands) {
+fn furnish(mut commands: Commands, view: Res<View>) {
     commands.spawn((
         StudioCamera,
         Camera3d::default(),
         Msaa::Sample4,
         Tonemapping::TonyMcMapface,
-        Transform::from_translation(4.0 * VIEW).looking_at(Vec3::ZERO, Vec3::Y),
+        Transform::from_translation(4.0 * view.0).looking_at(Vec3::ZERO, Vec3::Y),
         AmbientLight {
             color: Color::srgb(0.90, 0.95, 1.0),
             brightness: 250.0,
@@ -101,6 +109,7 @@ fn frame_subjects(
     parts: Query<(&Aabb, &GlobalTransform, &Mesh3d)>,
     meshes: Res<Assets<Mesh>>,
     camera: Single<(Entity, &mut Transform, &mut Projection), With<StudioCamera>>,
+    view: Res<View>,
     mut commands: Commands,
 ) {
     let belongs = |entity| {
@@ -129,9 +138,9 @@ fn frame_subjects(
     let bounds = Aabb3d::from_point_cloud(Isometry3d::IDENTITY, outline.iter().copied());
     let centre = Vec3::from(bounds.center());
     let radius = Vec3::from(bounds.half_size()).length().max(f32::MIN_POSITIVE);
-    let distance = framing_distance(&outline, centre, lens).max(f32::MIN_POSITIVE);
+    let distance = framing_distance(&outline, centre, view.0, lens).max(f32::MIN_POSITIVE);
     (lens.near, lens.far) = (0.01 * radius, 1000.0 * radius);
-    *transform = Transform::from_translation(centre + distance * VIEW.normalize()).looking_at(centre, Vec3::Y);
+    *transform = Transform::from_translation(centre + distance * view.0.normalize()).looking_at(centre, Vec3::Y);
     let orbit = PanOrbitCamera {
         focus: centre,
         zoom_lower_limit: 0.05 * radius,
@@ -160,9 +169,9 @@ pub fn outline(aabb: &Aabb, transform: &GlobalTransform, mesh: Option<&Mesh>) ->
         .collect()
 }
 
-/// The smallest distance from `centre`, along [`VIEW`], from which the lens sees all points and a [`MARGIN`].
-fn framing_distance(points: &[Vec3], centre: Vec3, lens: &PerspectiveProjection) -> f32 {
-    let to_camera = Transform::default().looking_to(-VIEW, Vec3::Y).rotation.inverse();
+/// The smallest distance from `centre` towards `view` from which the lens sees all points and a [`MARGIN`].
+fn framing_distance(points: &[Vec3], centre: Vec3, view: Vec3, lens: &PerspectiveProjection) -> f32 {
+    let to_camera = Transform::default().looking_to(-view, Vec3::Y).rotation.inverse();
     let tan = (0.5 * lens.fov).tan() * Vec2::new(lens.aspect_ratio, 1.0);
     let distances = points.iter().map(|&point| {
         let point = to_camera * (point - centre);

@@ -197,11 +197,11 @@ fn split_quad([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
 }
 
 /// `SplitMix64`: small, seedable, the same everywhere.
-struct Random(u64);
+pub struct Random(pub u64);
 
 impl Random {
     /// Uniform in [-1, 1).
-    fn signed(&mut self) -> f32 {
+    pub fn signed(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -209,5 +209,24 @@ impl Random {
         z ^= z >> 31;
         // The upper 24 bits fill the mantissa.
         (z >> 40) as f32 / (1u32 << 23) as f32 - 1.0
+    }
+
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f32 {
+        0.5 + 0.5 * self.signed()
+    }
+
+    /// Uniform on the unit sphere.
+    pub fn direction(&mut self) -> Vec3 {
+        let z = self.signed();
+        let (sin, cos) = (0.5 * TAU * self.signed()).sin_cos();
+        let from_axis = (1.0 - z * z).max(0.0).sqrt();
+        Vec3::new(from_axis * cos, from_axis * sin, z)
+    }
+
+    /// Normally distributed, of mean 0 and variance 1.
+    pub fn normal(&mut self) -> f32 {
+        let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
+        radius * (TAU * self.unit()).cos()
     }
 }

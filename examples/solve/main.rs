@@ -19,7 +19,10 @@ use bevy::prelude::*;
 use bevy_field_patterns::{
     field::Principal,
     prelude::*,
-    wave::solver::{ColdStart, LocalRule},
+    wave::{
+        Coupling,
+        solver::{ColdStart, LocalRule},
+    },
 };
 use clap::{Parser, ValueEnum};
 use common::mesh_file::{self, RawMesh};
@@ -38,6 +41,9 @@ struct Args {
     /// Whether d and -d are the same.
     #[arg(long, default_value = "line")]
     symmetry: SymmetryArg,
+    /// One wave, two along the field and across it, or the two of a cross field.
+    #[arg(long, default_value = "single")]
+    waves: WavesArg,
     /// Stripes per unit length of the file.
     #[arg(long, default_value_t = 20.0)]
     frequency: f32,
@@ -82,6 +88,13 @@ enum Field {
 enum SymmetryArg {
     Line,
     Vector,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum WavesArg {
+    Single,
+    Orthogonal,
+    Cross,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -140,7 +153,7 @@ fn main() -> ExitCode {
 struct Problem {
     raw: RawMesh,
     field: DirectionField,
-    symmetry: Symmetry,
+    coupling: Coupling,
     frequency: f32,
     settings: SolverSettings,
 }
@@ -184,10 +197,15 @@ fn run(args: &Args) -> Result<Value, String> {
         SymmetryArg::Line => Symmetry::Line,
         SymmetryArg::Vector => Symmetry::Vector,
     };
+    let waves = match args.waves {
+        WavesArg::Single => Waves::Single,
+        WavesArg::Orthogonal => Waves::ORTHOGONAL,
+        WavesArg::Cross => Waves::Cross,
+    };
     let problem = Problem {
         raw,
         field,
-        symmetry,
+        coupling: Coupling { waves, symmetry },
         frequency: args.frequency,
         settings,
     };

@@ -31,7 +31,7 @@ pub(crate) fn solve(args: &Args, problem: &Problem) -> Result<Value, String> {
     let mesh = mesh_file::to_bevy_mesh(&problem.raw);
     let start = Instant::now();
     let field = |field: &DirectionField| {
-        directions(field, problem.symmetry, 0.0, &graph, &mesh).map_err(|error| error.to_string())
+        directions(field, problem.coupling.symmetry, 0.0, &graph, &mesh).map_err(|error| error.to_string())
     };
     let d = field(&problem.field)?;
     let field_ms = milliseconds(start);
@@ -41,10 +41,10 @@ pub(crate) fn solve(args: &Args, problem: &Problem) -> Result<Value, String> {
     let mut solution = None;
     for _ in 0..=args.repeat {
         let start = Instant::now();
-        let solved = solve_cpu(&graph, &d, &f, problem.symmetry, &problem.settings);
+        let solved = solve_cpu(&graph, &d, &f, problem.coupling, &problem.settings);
         cold.push(milliseconds(start));
         let start = Instant::now();
-        let (constants, sums) = edges(&graph, &d, &f, problem.symmetry);
+        let (constants, sums) = edges(&graph, &d, &f, problem.coupling);
         edge_times.push(milliseconds(start));
         let mut z = solved.phasors.clone();
         let soft = Relaxation::Soft {
@@ -55,7 +55,7 @@ pub(crate) fn solve(args: &Args, problem: &Problem) -> Result<Value, String> {
         sweep(graph.mesh_level(), &constants, &sums, &mut z, soft);
         sweep_times.push(milliseconds(start));
         let start = Instant::now();
-        follow_cpu(&graph, &d, &f, problem.symmetry, &problem.settings, &mut z);
+        follow_cpu(&graph, &d, &f, problem.coupling, &problem.settings, &mut z);
         warm_times.push(milliseconds(start));
         solution = Some(solved);
     }
@@ -86,13 +86,13 @@ pub(crate) fn solve(args: &Args, problem: &Problem) -> Result<Value, String> {
         let mut last = wave.directions;
         for frame in 1..=frames {
             let mut d = field(&turned(&problem.field, args.turn * frame as f32))?;
-            if problem.symmetry == Symmetry::Line {
+            if problem.coupling.symmetry == Symmetry::Line {
                 bevy_field_patterns::field::align_to_previous(&mut d, &last);
             }
-            follow_cpu(&graph, &d, &f, problem.symmetry, &problem.settings, &mut z);
+            follow_cpu(&graph, &d, &f, problem.coupling, &problem.settings, &mut z);
             motion
                 .energies
-                .push(quality(&graph, &d, &f, &z, problem.symmetry).energy);
+                .push(quality(&graph, &d, &f, &z, problem.coupling).energy);
             motion.phases.push(z.iter().map(|z| z.to_angle()).collect());
             last = d;
         }

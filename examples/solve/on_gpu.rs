@@ -50,7 +50,8 @@ impl Gpu {
             .add(mesh_file::to_bevy_mesh(&problem.raw));
         let pattern = (
             problem.field.clone(),
-            problem.symmetry,
+            problem.coupling.symmetry,
+            problem.coupling.waves,
             Frequency::Uniform(problem.frequency),
         );
         // Pipelines first, so that the frame that solves is not the one that waits for them.
@@ -111,7 +112,7 @@ impl Gpu {
         let record = pattern.record();
         let read = |first: u32, len: u64| gpu::read::<f32>(&self.app, &WAVE_BUFFER, 8 * u64::from(first), 8 * len);
         let field = read(record.field_base, 2 * vertices)?;
-        let phasors = read(record.phasor_base, vertices)?;
+        let phasors = read(record.phasor_base, u64::from(record.waves) * vertices)?;
         Ok(Wave {
             directions: field.chunks_exact(4).map(|d| Vec3::new(d[0], d[1], d[2])).collect(),
             phasors: phasors.chunks_exact(2).map(|z| Vec2::new(z[0], z[1])).collect(),
@@ -154,7 +155,7 @@ impl Gpu {
                 let f = vec![problem.frequency; self.graph.len()];
                 motion
                     .energies
-                    .push(quality(&self.graph, &wave.directions, &f, &wave.phasors, problem.symmetry).energy);
+                    .push(quality(&self.graph, &wave.directions, &f, &wave.phasors, problem.coupling).energy);
                 motion.phases.push(wave.phasors.iter().map(|z| z.to_angle()).collect());
             }
             figures["warm"] = motion.figures(&self.graph.areas);

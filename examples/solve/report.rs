@@ -30,7 +30,7 @@ pub(crate) fn figures(
             .map_err(|error| format!("{}: {error}", path.display()))?;
     }
     let frequencies = vec![problem.frequency; graph.len()];
-    let q = quality(graph, &wave.directions, &frequencies, &wave.phasors, problem.symmetry);
+    let q = quality(graph, &wave.directions, &frequencies, &wave.phasors, problem.coupling);
     Ok(json!({
         "method": match args.method { MethodArg::Hierarchy => "hierarchy", MethodArg::Local => "local" },
         "vertices": problem.raw.positions.len(),
@@ -49,25 +49,25 @@ pub(crate) fn figures(
     }))
 }
 
-/// re, im per vertex of the file; each refers to the sign of the direction that the file gives.
+/// re, im per vertex of the file and wave; each refers to the sign of the direction that the file gives.
 fn phasor_bytes(problem: &Problem, graph: &SurfaceGraph, wave: &Wave) -> Vec<u8> {
     let given = match &problem.field {
-        DirectionField::Tangents(given) if problem.symmetry == Symmetry::Line => Some(given),
+        // Only a line's sign may have been chosen otherwise.
+        DirectionField::Tangents(given) if problem.coupling.symmetry == Symmetry::Line => Some(given),
         _ => None,
     };
-    let phasor = |(i, &v): (usize, &u32)| {
-        let (z, d) = (wave.phasors[v as usize], wave.directions[v as usize]);
-        if given.is_some_and(|given| given[i].dot(d) < 0.0) {
-            reversed(z)
-        } else {
-            z
-        }
+    let waves = problem.coupling.waves.count();
+    let phasors = |(i, &v): (usize, &u32)| {
+        let v = v as usize;
+        let reverse = given.is_some_and(|given| given[i].dot(wave.directions[v]) < 0.0);
+        let own = &wave.phasors[waves * v..waves * (v + 1)];
+        own.iter().map(move |&z| if reverse { reversed(z) } else { z })
     };
     graph
         .vertex_of
         .iter()
         .enumerate()
-        .map(phasor)
+        .flat_map(phasors)
         .flat_map(|z| [z.x, z.y])
         .flat_map(f32::to_le_bytes)
         .collect()
@@ -93,7 +93,8 @@ impl Motion {
                 change += f64::from(step.abs()) / now.len() as f64;
                 jitter += f64::from(wrap(step - step_before).abs()) / now.len() as f64;
                 if step.abs() > std::f32::consts::FRAC_PI_4 {
-                    pops += f64::from(areas[i]) / total;
+                    let waves = now.len() / areas.len();
+                    pops += f64::from(areas[i / waves]) / total / waves as f64;
                 }
             }
         }

@@ -86,13 +86,53 @@ pub(crate) fn weld_scalars(
         .collect())
 }
 
+/// One vector per graph vertex: the mean over the copies. `list` and `item` name the values in errors.
+pub(super) fn weld_means<V: Copy + Into<Vec3>>(
+    vectors: &[V],
+    graph: &SurfaceGraph,
+    list: &'static str,
+    item: &'static str,
+) -> Result<Vec<DVec3>, PatternError> {
+    check_vectors(vectors, graph, list, item)?;
+    let mut sums = vec![(DVec3::ZERO, 0_u32); graph.len()];
+    for (&v, &vertex) in vectors.iter().zip(&graph.vertex_of) {
+        let (sum, copies) = &mut sums[vertex as usize];
+        *sum += v.into().as_dvec3();
+        *copies += 1;
+    }
+    Ok(sums
+        .into_iter()
+        .map(|(sum, copies)| sum / f64::from(copies.max(1)))
+        .collect())
+}
+
+/// [`weld_means`] of lines: each copy counts with the sign nearest to the first one.
+pub(super) fn weld_aligned(
+    vectors: &[Vec3],
+    graph: &SurfaceGraph,
+    list: &'static str,
+    item: &'static str,
+) -> Result<Vec<DVec3>, PatternError> {
+    check_vectors(vectors, graph, list, item)?;
+    let mut first = vec![None; graph.len()];
+    let aligned: Vec<Vec3> = vectors
+        .iter()
+        .zip(&graph.vertex_of)
+        .map(|(&v, &vertex)| {
+            let first: Vec3 = *first[vertex as usize].get_or_insert(v);
+            if v.dot(first) < 0.0 { -v } else { v }
+        })
+        .collect();
+    weld_means(&aligned, graph, list, item)
+}
+
 /// One unit tangent per graph vertex: the mean over the copies, as vectors or as lines. Vectors of any length.
 pub(super) fn weld_directions<V: Copy + Into<Vec3>>(
     vectors: &[V],
     symmetry: Symmetry,
     graph: &SurfaceGraph,
 ) -> Result<Vec<Vec3>, PatternError> {
-    check_directions(vectors, graph)?;
+    check_vectors(vectors, graph, "directions", "direction of vertex")?;
     let copies = vectors
         .iter()
         .zip(&graph.vertex_of)
@@ -105,7 +145,7 @@ pub(super) fn weld_directions<V: Copy + Into<Vec3>>(
 
 /// One unit vector per graph vertex: that of its first copy as given, normalised; any tangent where it is zero.
 pub(super) fn first_directions(vectors: &[Vec3], graph: &SurfaceGraph) -> Result<Vec<Vec3>, PatternError> {
-    check_directions(vectors, graph)?;
+    check_vectors(vectors, graph, "directions", "direction of vertex")?;
     let mut directions = vec![Vec3::ZERO; graph.len()];
     for (v, &vertex) in vectors.iter().zip(&graph.vertex_of).rev() {
         directions[vertex as usize] = v.as_dvec3().normalize_or_zero().as_vec3();
@@ -118,13 +158,15 @@ pub(super) fn first_directions(vectors: &[Vec3], graph: &SurfaceGraph) -> Result
     Ok(directions)
 }
 
-fn check_directions<V: Copy + Into<Vec3>>(vectors: &[V], graph: &SurfaceGraph) -> Result<(), PatternError> {
-    check_length(vectors.len(), graph, "directions")?;
+fn check_vectors<V: Copy + Into<Vec3>>(
+    vectors: &[V],
+    graph: &SurfaceGraph,
+    list: &'static str,
+    item: &'static str,
+) -> Result<(), PatternError> {
+    check_length(vectors.len(), graph, list)?;
     match vectors.iter().position(|&v| !v.into().is_finite()) {
-        Some(index) => Err(PatternError::NotFinite {
-            what: "direction of vertex",
-            index,
-        }),
+        Some(index) => Err(PatternError::NotFinite { what: item, index }),
         None => Ok(()),
     }
 }

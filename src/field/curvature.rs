@@ -37,8 +37,7 @@ const SAMPLES: usize = 16384;
 /// A unit tangent per vertex along the principal direction, after `smoothing` steps.
 pub(super) fn principal_directions(graph: &SurfaceGraph, principal: Principal, smoothing: u32) -> Vec<Vec3> {
     let frames = parallel::collect(graph.len(), |i| any_tangent(graph.normals[i]));
-    let mut lines = parallel::collect(graph.len(), |i| deviator(graph, frames[i], i));
-    limit(&mut lines);
+    let mut lines = lines(graph);
     if smoothing > 0 && !graph.is_empty() {
         smooth(graph, &frames, &mut lines, smoothing);
     }
@@ -46,6 +45,13 @@ pub(super) fn principal_directions(graph: &SurfaceGraph, principal: Principal, s
     parallel::collect(graph.len(), |i| {
         tangent::line_of(sign * lines[i], frames[i], graph.normals[i])
     })
+}
+
+/// u of every vertex in the frame of [`any_tangent`], as it is smoothed: at most 1.
+pub(super) fn lines(graph: &SurfaceGraph) -> Vec<Vec2> {
+    let mut lines = parallel::collect(graph.len(), |i| deviator(graph, any_tangent(graph.normals[i]), i));
+    limit(&mut lines);
+    lines
 }
 
 /// u of vertex i in the frame (x, n × x): its modulus is half the difference of the principal curvatures.

@@ -3,7 +3,10 @@
 //! In: a [`DirectionField`], its [`Symmetry`] and turn, and, where it names an attribute, the mesh. Out: a unit tangent
 //! per graph vertex.
 
-use super::{Principal, attribute, curvature, gradient, project_tangent, turn_tangent};
+use super::{
+    FieldBuffer, Principal, SmoothField, Snapshot, TensorField, VortexField, attribute, curvature, gradient,
+    project_tangent, smooth, smooth_constraints, tensor, turn_tangent,
+};
 use crate::{error::PatternError, parallel, surface::SurfaceGraph};
 use bevy::{mesh::MeshVertexAttribute, prelude::*};
 use std::sync::Arc;
@@ -58,6 +61,19 @@ pub enum DirectionField {
     /// As [`Vertices`](Self::Vertices), but taken as given: normalised, not projected into the tangent plane; of the
     /// copies of a vertex at a seam the first counts. For tangents that were computed elsewhere.
     Tangents(Arc<[Vec3]>),
+    /// Flow around [`Vortex`](super::Vortex) cores, which are entities and may move: evaluated on the device when one does.
+    Vortices(VortexField),
+    /// An eigenvector of a symmetric tensor per vertex, projected. The first two eigenvalues become the pattern's scalars,
+    /// unless the entity has [`PatternScalars`](super::PatternScalars).
+    Tensor(TensorField),
+    /// The smoothest field of lines or crosses that is drawn to curvature, boundary, creases or directions of your own;
+    /// smoothed on the device.
+    Smooth(SmoothField),
+    /// Vectors at a number of times, in ascending order, at least one; between two of them the device blends, as lines or
+    /// as vectors by the [`Symmetry`]. [`FieldTime`](super::FieldTime) on the entity tells the time.
+    Snapshots(Arc<[Snapshot]>),
+    /// Vectors that a compute pass of your own writes on the device.
+    Buffer(FieldBuffer),
 }
 
 impl Default for DirectionField {
@@ -70,14 +86,19 @@ impl Default for DirectionField {
 }
 
 impl DirectionField {
-    /// The symmetry of the field where the entity has no [`Symmetry`] component: `Vector` for an axis and a gradient,
-    /// `Line` for all others.
+    /// The symmetry of the field where the entity has no [`Symmetry`] component: `Vector` for an axis, a gradient and
+    /// vortices, `Line` for all others.
     pub fn default_symmetry(&self) -> Symmetry {
         match self {
-            Self::Axis(_) | Self::Gradient { .. } => Symmetry::Vector,
-            Self::Attribute(_) | Self::PrincipalCurvature { .. } | Self::Vertices(_) | Self::Tangents(_) => {
-                Symmetry::Line
-            }
+            Self::Axis(_) | Self::Gradient { .. } | Self::Vortices(_) => Symmetry::Vector,
+            Self::Attribute(_)
+            | Self::PrincipalCurvature { .. }
+            | Self::Vertices(_)
+            | Self::Tangents(_)
+            | Self::Tensor(_)
+            | Self::Smooth(_)
+            | Self::Snapshots(_)
+            | Self::Buffer(_) => Symmetry::Line,
         }
     }
 }
@@ -108,7 +129,7 @@ pub enum PatternSpace {
 /// [`NotFinite`](PatternError::NotFinite) (with the index of the mesh's vertex); [`WrongLength`](PatternError::WrongLength)
 /// of [`DirectionField::Vertices`]; [`MissingAttribute`](PatternError::MissingAttribute),
 /// [`AttributeFormat`](PatternError::AttributeFormat) and [`MeshDataTaken`](PatternError::MeshDataTaken) of fields that
-/// name an attribute.
+/// name an attribute; [`NotOfMesh`](PatternError::NotOfMesh) of fields that need more than a mesh.
 pub fn directions(
     field: &DirectionField,
     symmetry: Symmetry,
@@ -153,6 +174,16 @@ pub fn directions(
         }
         DirectionField::Vertices(vectors) => attribute::weld_directions(vectors, symmetry, graph)?,
         DirectionField::Tangents(vectors) => attribute::first_directions(vectors, graph)?,
+        DirectionField::Tensor(field) => {
+            let tensors = tensor::tensors(field, graph, mesh)?;
+            tensor::tensor_directions(&tensors, field.eigenvector, 0.0, graph).0
+        }
+        DirectionField::Smooth(field) => {
+            smooth::smooth_directions(field, &smooth_constraints(field, graph, mesh)?, 0.0, graph)
+        }
+        DirectionField::Vortices(_) => return Err(PatternError::NotOfMesh("vortex_directions")),
+        DirectionField::Snapshots(_) => return Err(PatternError::NotOfMesh("snapshot_directions")),
+        DirectionField::Buffer(_) => return Err(PatternError::NotOfMesh("DirectionField::Vertices")),
     };
     if turn != 0.0 {
         for (d, &n) in directions.iter_mut().zip(normals) {

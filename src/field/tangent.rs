@@ -26,6 +26,16 @@ pub fn project_tangent(v: Vec3, n: Vec3) -> Vec3 {
     }
 }
 
+/// The direction of `v`, however long it is; zero where it has none.
+pub(super) fn unit_or_zero(v: Vec3) -> Vec3 {
+    let largest = v.abs().max_element();
+    if largest > 0.0 && largest.is_finite() {
+        (v / largest).normalize()
+    } else {
+        Vec3::ZERO
+    }
+}
+
 /// The tangent `d` turned by `angle` radians in the tangent plane, counter-clockwise seen against the unit normal `n`.
 pub fn turn_tangent(d: Vec3, n: Vec3, angle: f32) -> Vec3 {
     let (sin, cos) = angle.sin_cos();

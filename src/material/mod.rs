@@ -102,6 +102,7 @@ impl Plugin for PatternShaderPlugin {
             app.add_plugins(WaveShaderPlugin);
         }
         load_shader_library!(app, "triangle_wave.wgsl");
+        load_shader_library!(app, "triangle_pair.wgsl");
         load_shader_library!(app, "wave.wgsl");
         load_shader_library!(app, "coverage.wgsl");
         load_shader_library!(app, "pattern_corner.wgsl");

@@ -53,7 +53,7 @@ fn edge_advance(corners: Corners, i: u32, j: u32) -> vec2<f32> {
 
 // The corners in one frame; of an odd triangle with the last edge left wrong.
 fn framed_corners(point: PatternPoint) -> Corners {
-    let corners = load_corners(point);
+    let corners = load_corners(point, 0u);
     if (surface[point.tag + 2u] & FLAG_VECTOR) != 0u {
         return corners;
     }
@@ -103,7 +103,7 @@ fn class_color(point: PatternPoint) -> vec3<f32> {
 
 // Mean of w (1 - cos r) over the edges. Each edge is oriented on its own, as the solver does.
 fn energy_color(point: PatternPoint, wave: Wave) -> vec3<f32> {
-    let corners = load_corners(point);
+    let corners = load_corners(point, 0u);
     let s = select(edge_signs(corners), vec3(1.0), wave.vector);
     var sum = vec2(0.0);
     for (var k = 0u; k < 3u; k++) {

@@ -85,6 +85,20 @@ fn oriented(corners: Corners, s: vec3<f32>) -> Corners {
     return turned;
 }
 
+// Moves corners that are all at the vertex of a disc to those of the disc's triangle, and their phases with them: on a
+// disc the wave is plane. x, y are the half axes of the square.
+fn spread_disc(corners: Corners, triangle: u32, x: vec3<f32>, y: vec3<f32>) -> Corners {
+    let even = (triangle & 1u) == 0u;
+    let offsets = mat3x3(-x - y, select(x + y, x - y, even), select(y - x, x + y, even));
+    var spread = corners;
+    for (var m = 0u; m < 3u; m++) {
+        spread.position[m] += offsets[m];
+        let turns = corners.frequency[m] * dot(offsets[m], corners.direction[m]);
+        spread.z[m] = kite::cmul(corners.z[m], kite::phasor(turns));
+    }
+    return spread;
+}
+
 // P - v_m from differences of corners: exact far from the origin. [length]
 fn offset(corners: Corners, m: u32, b: vec3<f32>) -> vec3<f32> {
     let v = corners.position;
@@ -156,14 +170,26 @@ fn odd_wave(corners: Corners, b: vec3<f32>, s: vec3<f32>) -> Wave {
     for (var k = 0u; k < 3u; k++) {
         let weight = inside * ends[k];
         let edge = corner_sum(oriented(corners, turn[k]), weight / dot(weight, vec3(1.0)), b, mat3x3<f32>());
-        // Phi and pi - Phi are the same here: take the one with cos >= 0, so that gradients can be added.
-        let fold = select(1.0, -1.0, edge.phasor.x < 0.0);
-        blend.value += share[k] * edge.value;
-        blend.confidence += share[k] * edge.confidence;
-        blend.gradient += share[k] * fold * edge.gradient;
-        blend.direction += share[k] * fold * edge.direction;
-        blend.frequency += share[k] * edge.frequency;
+        blend = add_share(blend, edge, share[k]);
     }
+    return blended(blend);
+}
+
+// Adds a wave that knows one edge only to a blend of three. Phi and pi - Phi are the same here: the one with cos >= 0 is
+// taken, so that gradients can be added.
+fn add_share(sum: Wave, edge: Wave, share: f32) -> Wave {
+    let fold = select(1.0, -1.0, edge.phasor.x < 0.0);
+    var blend = sum;
+    blend.value += share * edge.value;
+    blend.confidence += share * edge.confidence;
+    blend.gradient += share * fold * edge.gradient;
+    blend.direction += share * fold * edge.direction;
+    blend.frequency += share * edge.frequency;
+    return blend;
+}
+
+fn blended(sum: Wave) -> Wave {
+    var blend = sum;
     blend.phasor = vec2(sqrt(max(0.0, 1.0 - blend.value * blend.value)), blend.value);
     return blend;
 }

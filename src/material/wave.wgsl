@@ -9,6 +9,14 @@
 //         let wave = sample_wave(pattern_point(pattern, barycentrics));
 //         let stripe = select(0.0, 1.0, wave.value > 0.0);
 //
+// Where a pattern has two waves, they make texture coordinates:
+//
+//     let frame = pattern_frame(point);
+//     for (var piece = 0u; piece < frame.pieces; piece++) {
+//         let texel = texture_point(sample_pair(frame, point, piece));
+//         color += texel.weight * textureSampleGrad(image, sampler, texel.uv, texel.dx, texel.dy);
+//     }
+//
 // tag           word offset of the entity's record in `surface`, its MeshTag; 0: no pattern
 // triangle      index of the triangle in the drawn mesh
 // barycentrics  weights of corners 0 and 1 (of the drawn triangle); corner 2 has the rest
@@ -17,8 +25,12 @@
 //
 // Do not import a function under the name of a field (`kite::phasor` and `wave.phasor`): naga_oil replaces both.
 
-#import bevy_field_patterns::layout::{FLAG_READY, FLAG_VECTOR}
-#import bevy_field_patterns::triangle_wave::{Corners, Wave, wave_in_triangle}
+#import bevy_field_patterns::kite::{Coupling, TAU}
+#import bevy_field_patterns::layout::{FLAG_CROSS, FLAG_DISCS, FLAG_READY, FLAG_VECTOR}
+#import bevy_field_patterns::triangle_pair::{
+    PairCorners, Turns, WavePair, corner_turns, pair_in_triangle, pair_pieces,
+}
+#import bevy_field_patterns::triangle_wave::{Corners, Wave, add_share, blended, spread_disc, wave_in_triangle}
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(100) var<storage, read> surface: array<u32>;
 @group(#{MATERIAL_BIND_GROUP}) @binding(101) var<storage, read> geometry: array<vec4<f32>>;
@@ -48,14 +60,112 @@ fn pattern_point(pattern: vec2<u32>, barycentrics: vec2<f32>) -> PatternPoint {
     );
 }
 
-// The wave at a point. `defined` is false without a pattern, or before its first solve.
+// What all fragments of a triangle share of its two waves.
+struct PatternFrame {
+    // 1, or 3 where no frame fits all corners; 0 where there are not two waves, or none yet.
+    pieces: u32,
+    corners: PairCorners,
+    turns: Turns,
+    vector: bool,
+}
+
+// A place on a texture that lies on the two waves: u along d, v along n x d, in periods, with the crests of both in the
+// middle of the image (0.5, 0.5). Where the field is turned by half a turn the image is, too.
+struct TexturePoint {
+    // 0..1, up to whole periods.
+    uv: vec2<f32>,
+    // Derivatives of uv along the screen [periods/pixel], for `textureSampleGrad`.
+    dx: vec2<f32>,
+    dy: vec2<f32>,
+    // Share of this piece in the blend of all.
+    weight: f32,
+    // 0 (a branch of one of the waves) to 1.
+    confidence: f32,
+}
+
+// The wave at a point, the first one where there are two. `defined` is false without a pattern, or before its first solve.
 fn sample_wave(point: PatternPoint) -> Wave {
     var wave: Wave;
     if !has_pattern(point) {
         return wave;
     }
-    let corners = load_corners(point);
-    wave = wave_in_triangle(corners, (surface[point.tag + 2u] & FLAG_VECTOR) != 0u, point.b);
+    if waves_of(point) == 2u {
+        return sample_either(point, 0u);
+    }
+    let corners = load_corners(point, 0u);
+    wave = wave_in_triangle(corners, is_vector(point), point.b);
+    return with_footprint(wave, corners, point);
+}
+
+// The wave along n x d; undefined where there is one wave only.
+fn sample_second_wave(point: PatternPoint) -> Wave {
+    var wave: Wave;
+    if !has_pattern(point) || waves_of(point) < 2u {
+        return wave;
+    }
+    return sample_either(point, 1u);
+}
+
+fn sample_either(point: PatternPoint, r: u32) -> Wave {
+    let frame = pattern_frame(point);
+    var blend: Wave;
+    for (var piece = 0u; piece < frame.pieces; piece++) {
+        let pair = sample_pair(frame, point, piece);
+        var wave = pair.first;
+        if r == 1u {
+            wave = pair.second;
+        }
+        if frame.pieces == 1u {
+            return wave;
+        }
+        blend = add_share(blend, wave, pair.weight);
+        blend.defined = true;
+        blend.odd = true;
+        blend.position = wave.position;
+        blend.normal = wave.normal;
+    }
+    return with_footprint(blended(blend), frame.corners.first, point);
+}
+
+fn pattern_frame(point: PatternPoint) -> PatternFrame {
+    var frame: PatternFrame;
+    if !has_pattern(point) || waves_of(point) < 2u {
+        return frame;
+    }
+    frame.corners = PairCorners(load_corners(point, 0u), load_corners(point, 1u));
+    frame.vector = is_vector(point);
+    let cross_field = (surface[point.tag + 2u] & FLAG_CROSS) != 0u;
+    frame.turns = corner_turns(frame.corners, Coupling(2u, frame.vector, cross_field));
+    frame.pieces = pair_pieces(frame.turns);
+    return frame;
+}
+
+// Both waves, as one of the frame's pieces sees them.
+fn sample_pair(frame: PatternFrame, point: PatternPoint, piece: u32) -> WavePair {
+    var pair = pair_in_triangle(frame.corners, frame.turns, frame.vector, point.b, piece);
+    pair.first = with_footprint(pair.first, frame.corners.first, point);
+    pair.second = with_footprint(pair.second, frame.corners.second, point);
+    return pair;
+}
+
+fn texture_point(pair: WavePair) -> TexturePoint {
+    return TexturePoint(
+        vec2(texture_coordinate(pair.first), texture_coordinate(pair.second)),
+        vec2(pair.first.per_pixel.x, pair.second.per_pixel.x),
+        vec2(pair.first.per_pixel.y, pair.second.per_pixel.y),
+        pair.weight,
+        min(pair.first.confidence, pair.second.confidence),
+    );
+}
+
+// Phi / 2 pi, such that the crest is at 0.5.
+fn texture_coordinate(wave: Wave) -> f32 {
+    return fract(atan2(wave.phasor.y, wave.phasor.x) / TAU + 0.25);
+}
+
+// Adds how much of the wave a pixel covers.
+fn with_footprint(given: Wave, corners: Corners, point: PatternPoint) -> Wave {
+    var wave = given;
     let v = corners.position;
     let sides = mat3x3(vec3(0.0), v[1] - v[0], v[2] - v[0]);
     let dx = sides * point.b_dx;
@@ -70,24 +180,59 @@ fn sample_wave(point: PatternPoint) -> Wave {
     return wave;
 }
 
+// The pattern's two scalars at a point (`PatternRecord::scalar_base`); 0 where it has none.
+fn sample_scalars(point: PatternPoint) -> vec2<f32> {
+    var sum = vec2(0.0);
+    if point.tag == 0u || point.triangle >= surface[point.tag + 1u] {
+        return sum;
+    }
+    let base = surface[point.tag + 19u];
+    let triangle = surface[point.tag + 4u] + 3u * point.triangle;
+    if base != 0u {
+        for (var m = 0u; m < 3u; m++) {
+            sum += point.b[m] * waves[base + surface[triangle + m]];
+        }
+    }
+    return sum;
+}
+
+fn is_vector(point: PatternPoint) -> bool {
+    return (surface[point.tag + 2u] & FLAG_VECTOR) != 0u;
+}
+
+fn waves_of(point: PatternPoint) -> u32 {
+    return surface[point.tag + 17u];
+}
+
 fn has_pattern(point: PatternPoint) -> bool {
     return point.tag != 0u && (surface[point.tag + 2u] & FLAG_READY) != 0u && point.triangle < surface[point.tag + 1u];
 }
 
-// What is known at the corners of the point's triangle, which must have a pattern.
-fn load_corners(point: PatternPoint) -> Corners {
+// What is known of wave r (0 or 1) at the corners of the point's triangle, which must have a pattern.
+fn load_corners(point: PatternPoint, r: u32) -> Corners {
     let triangle = surface[point.tag + 4u] + 3u * point.triangle;
     let geometry_base = surface[point.tag + 5u];
     let field_base = surface[point.tag + 6u];
     let phasor_base = surface[point.tag + 7u];
+    let count = max(waves_of(point), 1u);
     var corners: Corners;
     for (var m = 0u; m < 3u; m++) {
         let vertex = surface[triangle + m];
         let zf = waves[field_base + 2u * vertex + 1u];
+        let d = vec3(waves[field_base + 2u * vertex], zf.x);
         corners.position[m] = geometry[geometry_base + 2u * vertex].xyz;
-        corners.direction[m] = vec3(waves[field_base + 2u * vertex], zf.x);
-        corners.frequency[m] = zf.y;
-        corners.z[m] = waves[phasor_base + vertex];
+        corners.z[m] = waves[phasor_base + count * vertex + r];
+        if r == 0u {
+            corners.direction[m] = d;
+            corners.frequency[m] = zf.y;
+        } else {
+            corners.direction[m] = cross(geometry[geometry_base + 2u * vertex + 1u].xyz, d);
+            corners.frequency[m] = zf.y * bitcast<f32>(surface[point.tag + 18u]);
+        }
+    }
+    if (surface[point.tag + 2u] & FLAG_DISCS) != 0u {
+        let axes = geometry_base + 2u * surface[point.tag] + 2u * surface[triangle];
+        corners = spread_disc(corners, point.triangle, geometry[axes].xyz, geometry[axes + 1u].xyz);
     }
     return corners;
 }

@@ -1,6 +1,6 @@
 //! Who is next to whom, before the nodes have their final order.
 //!
-//! In: triangles of welded vertices, or a finer level. Out: for each node the list of its neighbours, from which a
+//! In: triangles of welded vertices, pairs of points, or a finer level. Out: for each node the list of its neighbours, from which a
 //! [`Level`] with sorted, unique neighbours is made once the order of the nodes is known.
 
 use super::{
@@ -30,6 +30,26 @@ impl Adjacency {
                 let slot = next[corner as usize] as usize;
                 neighbors[slot..slot + 2].copy_from_slice(&others);
                 next[corner as usize] += 2;
+            }
+        }
+        let mut adjacency = Self { offsets, neighbors };
+        adjacency.remove_duplicates();
+        adjacency
+    }
+
+    /// Undirected edges, given any number of times and in any direction, without loops.
+    pub(super) fn from_pairs(pairs: impl Iterator<Item = [u32; 2]> + Clone, nodes: usize) -> Self {
+        let mut offsets = vec![0; nodes + 1];
+        for node in pairs.clone().flatten() {
+            offsets[node as usize] += 1;
+        }
+        start_of_each(&mut offsets);
+        let mut next = offsets.clone();
+        let mut neighbors = vec![0; offsets[nodes] as usize];
+        for [a, b] in pairs {
+            for (node, other) in [(a, b), (b, a)] {
+                neighbors[next[node as usize] as usize] = other;
+                next[node as usize] += 1;
             }
         }
         let mut adjacency = Self { offsets, neighbors };

@@ -6,7 +6,7 @@
 
 use super::{
     graph::SurfaceGraph,
-    soup::{TriangleSoup, access_error, check_indices, vertex_count},
+    soup::{TriangleSoup, access_error, check_indices, points, vertex_count},
 };
 use crate::error::PatternError;
 use bevy::{
@@ -43,6 +43,34 @@ pub fn unindexed(mesh: &Mesh, soup: &TriangleSoup) -> Result<Mesh, PatternError>
     copy.enable_raytracing = mesh.enable_raytracing;
     copy.final_aabb = mesh.final_aabb;
     copy.set_skinned_mesh_bounds(mesh.skinned_mesh_bounds().cloned());
+    Ok(copy)
+}
+
+/// A copy of a list of points in which each point is a square of two triangles, in the order of
+/// [`SurfaceGraph::triangles`]; all attributes but positions are repeated as they are.
+///
+/// # Errors
+/// [`MeshDataTaken`](PatternError::MeshDataTaken), [`Topology`](PatternError::Topology) of a mesh that is no list of
+/// points, and [`WrongLength`](PatternError::WrongLength) where `graph` is not that of `mesh`.
+pub fn discs(mesh: &Mesh, graph: &SurfaceGraph) -> Result<Mesh, PatternError> {
+    let points = points(mesh)?.points;
+    if !graph.is_cloud() || graph.vertex_of.len() != points.len() {
+        return Err(PatternError::WrongLength {
+            what: "points",
+            found: points.len(),
+            expected: if graph.is_cloud() { graph.vertex_of.len() } else { 0 },
+        });
+    }
+    let soup = TriangleSoup {
+        triangles: (0..points.len() as u32).flat_map(|v| [[v; 3]; 2]).collect(),
+        positions: points,
+    };
+    let mut copy = unindexed(mesh, &soup)?;
+    let corners = graph.vertex_of.iter().flat_map(|&v| {
+        let corners = graph.disc_corners(v as usize);
+        [0, 1, 2, 0, 2, 3].map(|corner| corners[corner])
+    });
+    copy.insert_attribute(Mesh::ATTRIBUTE_POSITION, corners.collect::<Vec<_>>());
     Ok(copy)
 }
 

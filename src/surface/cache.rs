@@ -7,7 +7,9 @@
 //! Bevy tells of a changed mesh at the end of the frame, and then moves the data of a mesh that is the render world's
 //! alone away. Between the two, [`start_surfaces`] reads them.
 
-use super::{SurfaceGraph, WeldOptions, insert_missing_normals, triangle_soup, unindexed};
+use super::{
+    CloudOptions, SurfaceGraph, WeldOptions, discs, insert_missing_normals, is_points, points, triangle_soup, unindexed,
+};
 use crate::error::PatternError;
 use bevy::{
     asset::RenderAssetUsages,
@@ -19,6 +21,10 @@ use bevy::{
 /// How vertices are welded; applies to meshes that are seen for the first time after a change.
 #[derive(Resource, Debug, Clone, Default, Deref, DerefMut)]
 pub struct PatternWeld(pub WeldOptions);
+
+/// How lists of points become surfaces; applies to meshes that are seen for the first time after a change.
+#[derive(Resource, Debug, Clone, Default, Deref, DerefMut)]
+pub struct PatternCloud(pub CloudOptions);
 
 /// The surface of a mesh asset.
 #[derive(Debug, Clone)]
@@ -122,6 +128,7 @@ pub(crate) fn start_surfaces(
     mut meshes: ResMut<Assets<Mesh>>,
     mut graphs: ResMut<Assets<SurfaceGraph>>,
     weld: Res<PatternWeld>,
+    cloud: Res<PatternCloud>,
 ) {
     let SurfaceCache { entries, version, .. } = &mut *cache;
     // A build that has begun is finished, so that a mesh that changes in every frame is drawn as well.
@@ -145,8 +152,8 @@ pub(crate) fn start_surfaces(
                 }
             }
             Ok(None) => {
-                let (mesh, options) = (mesh.clone(), weld.0);
-                entry.task = Some(AsyncComputeTaskPool::get().spawn(async move { build(&mesh, &options) }));
+                let (mesh, weld, cloud) = (mesh.clone(), weld.0, cloud.0);
+                entry.task = Some(AsyncComputeTaskPool::get().spawn(async move { build(&mesh, &weld, &cloud) }));
             }
             Err(error) => entry.state = SurfaceState::Failed(error),
         }
@@ -178,16 +185,23 @@ pub(crate) fn finish_surfaces(
     }
 }
 
-fn build(mesh: &Mesh, options: &WeldOptions) -> Built {
-    let soup = triangle_soup(mesh)?;
-    let graph = SurfaceGraph::from_triangles(&soup.positions, &soup.triangles, options)?;
+fn build(mesh: &Mesh, weld: &WeldOptions, cloud: &CloudOptions) -> Built {
+    let graph = if is_points(mesh) {
+        let soup = points(mesh)?;
+        SurfaceGraph::from_points(&soup.points, soup.normals.as_deref(), weld, cloud)?
+    } else {
+        SurfaceGraph::from_mesh(mesh, weld)?
+    };
     let copy = drawn_copy(mesh, &graph)?;
     Ok((graph, copy))
 }
 
 fn drawn_copy(mesh: &Mesh, graph: &SurfaceGraph) -> Result<Mesh, PatternError> {
-    let soup = triangle_soup(mesh)?;
-    let mut copy = unindexed(mesh, &soup)?;
+    let mut copy = if graph.is_cloud() {
+        discs(mesh, graph)?
+    } else {
+        unindexed(mesh, &triangle_soup(mesh)?)?
+    };
     insert_missing_normals(&mut copy, graph)?;
     Ok(copy)
 }
@@ -202,10 +216,21 @@ fn written_in_place(
     let SurfaceState::Ready(surface) = state else {
         return Ok(None);
     };
-    let soup = triangle_soup(mesh)?;
     let Some(mut graph) = graphs.get_mut(&surface.graph) else {
         return Ok(None);
     };
+    if is_points(mesh) != graph.is_cloud() {
+        return Ok(None);
+    }
+    if graph.is_cloud() {
+        let soup = points(mesh)?;
+        if soup.points.len() != graph.vertex_of.len() {
+            return Ok(None);
+        }
+        graph.update_points(&soup.points, soup.normals.as_deref())?;
+        return drawn_copy(mesh, &graph).map(Some);
+    }
+    let soup = triangle_soup(mesh)?;
     let same = soup.positions.len() == graph.vertex_of.len()
         && soup.triangles.len() == graph.triangles.len()
         && soup

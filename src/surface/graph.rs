@@ -5,17 +5,18 @@
 
 use super::{
     adjacency::Adjacency,
+    cloud::CloudOptions,
     coloring::SolverOrder,
     geometry::{double_area, normals_and_areas},
     levels::coarsen,
     order::{inverse, morton_order},
-    soup::{check_finite, check_indices, triangle_soup},
+    soup::{check_finite, check_indices, is_points, points, triangle_soup},
     weld::{WeldOptions, weld},
 };
 use crate::error::PatternError;
 use bevy::prelude::*;
 
-/// A triangle mesh seen as a graph of welded vertices, with the colours and levels that the solver needs.
+/// A triangle mesh, or a point cloud, seen as a graph of welded vertices, with the colours and levels that the solver needs.
 ///
 /// Vertices are stored in **solver order**: colour class by colour class, inside a class valence by
 /// valence, and along a Morton curve inside a valence.
@@ -35,6 +36,9 @@ pub struct SurfaceGraph {
     pub vertex_of: Vec<u32>,
     /// The hierarchy, finest first. The last level has one node per connected component.
     pub levels: Vec<Level>,
+    /// Of a point cloud: half axes of the square that is drawn for each vertex, tangents that are perpendicular to each
+    /// other. Empty for a mesh of triangles.
+    pub discs: Vec<[Vec3; 2]>,
 }
 
 /// One level of the hierarchy: a graph in CSR form, its colours, and how it aggregates into the next coarser level.
@@ -80,11 +84,21 @@ impl Level {
 }
 
 impl SurfaceGraph {
-    /// The graph of a mesh; [`triangle_soup`] and [`from_triangles`](Self::from_triangles) in one.
+    /// The graph of a mesh; [`triangle_soup`] and [`from_triangles`](Self::from_triangles) in one. For a list of points
+    /// [`points`] and [`from_points`](Self::from_points), with the default options.
     ///
     /// # Errors
     /// Those of the two.
     pub fn from_mesh(mesh: &Mesh, options: &WeldOptions) -> Result<Self, PatternError> {
+        if is_points(mesh) {
+            let cloud = points(mesh)?;
+            return Self::from_points(
+                &cloud.points,
+                cloud.normals.as_deref(),
+                options,
+                &CloudOptions::default(),
+            );
+        }
         let soup = triangle_soup(mesh)?;
         Self::from_triangles(&soup.positions, &soup.triangles, options)
     }
@@ -133,12 +147,13 @@ impl SurfaceGraph {
             triangles,
             vertex_of,
             levels,
+            discs: Vec::new(),
         })
     }
 
     /// Takes new positions of the mesh's own vertices, as many as there were. Positions, normals and areas are computed
     /// anew; the weld, the colours and the levels stay. A welded vertex goes where the first of its mesh vertices goes.
-    /// Triangles may lose their area meanwhile.
+    /// Triangles may lose their area meanwhile. Points keep their neighbours; their normals are fitted anew.
     ///
     /// # Errors
     /// [`WrongLength`](PatternError::WrongLength) and [`NotFinite`](PatternError::NotFinite); the graph is unchanged then.
@@ -156,7 +171,11 @@ impl SurfaceGraph {
         for (&vertex, &position) in self.vertex_of.iter().zip(positions).rev() {
             self.positions[vertex as usize] = position;
         }
-        (self.normals, self.areas) = normals_and_areas(&self.positions, &self.triangles);
+        if self.is_cloud() {
+            self.fit_points();
+        } else {
+            (self.normals, self.areas) = normals_and_areas(&self.positions, &self.triangles);
+        }
         Ok(())
     }
 

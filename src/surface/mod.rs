@@ -11,23 +11,33 @@
 //! | 4 | `coloring`, `order` | colours the graph and stores it colour by colour, along a Morton curve |
 //! | 5 | `geometry` | normals and areas |
 //! | 6 | `levels` | joins vertices to aggregates, again and again, until one per component is left |
+//!
+//! A point cloud takes the same steps, but for its neighbours and normals (`cloud`, `nearest`, `planes`).
 
 mod adjacency;
 mod asset;
 mod cache;
+mod cloud;
 mod coloring;
+mod creases;
 pub(crate) mod geometry;
 mod graph;
 mod levels;
+mod merged;
+mod nearest;
 pub(crate) mod order;
+mod planes;
 mod plugin;
 mod soup;
 mod weld;
 
 pub use asset::*;
-pub use cache::{PatternWeld, Surface, SurfaceCache, SurfaceState};
+pub use cache::{PatternCloud, PatternWeld, Surface, SurfaceCache, SurfaceState};
 pub(crate) use cache::{finish_surfaces, start_surfaces, watch_meshes};
+pub use cloud::CloudOptions;
 pub use graph::*;
+pub use merged::MergedSurface;
+pub(crate) use nearest::KdTree;
 pub(crate) use plugin::SurfacePlugin;
 pub use plugin::{PatternMesh, SurfaceSystems};
 pub use soup::*;

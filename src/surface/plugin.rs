@@ -1,6 +1,6 @@
 //! The surfaces of all meshes that carry patterns, in an app: when they are asked for, built and used.
 
-use super::{PatternWeld, SurfaceCache, SurfaceGraph, finish_surfaces, start_surfaces, watch_meshes};
+use super::{PatternCloud, PatternWeld, SurfaceCache, SurfaceGraph, finish_surfaces, start_surfaces, watch_meshes};
 use bevy::{asset::AssetEventSystems, prelude::*};
 
 /// The meshes of an entity with a pattern.
@@ -44,6 +44,7 @@ impl Plugin for SurfacePlugin {
         app.init_asset::<SurfaceGraph>()
             .init_resource::<SurfaceCache>()
             .init_resource::<PatternWeld>()
+            .init_resource::<PatternCloud>()
             .register_type::<PatternMesh>()
             .configure_sets(
                 PostUpdate,

@@ -1,8 +1,8 @@
-//! The triangles of a mesh, as they are drawn.
+//! The triangles of a mesh, as they are drawn, or its points.
 //!
-//! In: a [`Mesh`] of triangles: a list or a strip, with 16-bit indices, 32-bit indices or none. Out: positions and
-//! triangles, checked: every index is in range and every position is finite. This is the only place that knows of
-//! topologies and index formats; all else starts from a [`TriangleSoup`] or from its two slices.
+//! In: a [`Mesh`] of triangles: a list or a strip, with 16-bit indices, 32-bit indices or none; or a list of points. Out:
+//! positions and triangles, checked: every index is in range and every position is finite. This is the only place that
+//! knows of topologies and index formats; all else starts from a [`TriangleSoup`] or a [`PointSoup`].
 
 use crate::error::PatternError;
 use bevy::{
@@ -37,14 +37,8 @@ pub fn triangle_soup(mesh: &Mesh) -> Result<TriangleSoup, PatternError> {
     ) {
         return Err(PatternError::Topology(format!("{topology:?}")));
     }
-    let positions = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION).map_err(access_error)?;
-    let VertexAttributeValues::Float32x3(positions) = positions else {
-        return Err(PatternError::NoPositions);
-    };
-    let vertices = vertex_count(mesh)?;
-    let positions: Vec<Vec3> = positions[..vertices].iter().copied().map(Vec3::from).collect();
-    check_finite(&positions)?;
-
+    let positions = positions(mesh)?;
+    let vertices = positions.len();
     let strip = topology == PrimitiveTopology::TriangleStrip;
     let triangles = match mesh.try_indices_option().map_err(access_error)? {
         Some(Indices::U16(indices)) if strip => strips(indices, u16::MAX),
@@ -56,6 +50,56 @@ pub fn triangle_soup(mesh: &Mesh) -> Result<TriangleSoup, PatternError> {
     };
     check_indices(&triangles, vertices)?;
     Ok(TriangleSoup { positions, triangles })
+}
+
+/// The points of a cloud.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PointSoup {
+    /// Position of each vertex of the mesh, in the mesh's units; finite.
+    pub points: Vec<Vec3>,
+    /// Their normals of any length, where the mesh has any.
+    pub normals: Option<Vec<Vec3>>,
+}
+
+/// Whether a mesh is a list of points.
+pub fn is_points(mesh: &Mesh) -> bool {
+    mesh.primitive_topology() == PrimitiveTopology::PointList
+}
+
+/// Reads positions and normals out of a list of points. Indices count for nothing: every vertex is a point.
+///
+/// # Errors
+/// [`MeshDataTaken`](PatternError::MeshDataTaken), [`Topology`](PatternError::Topology) of another mesh,
+/// [`NoPositions`](PatternError::NoPositions) and [`NotFinite`](PatternError::NotFinite).
+pub fn points(mesh: &Mesh) -> Result<PointSoup, PatternError> {
+    if !is_points(mesh) {
+        return Err(PatternError::Topology(format!("{:?}", mesh.primitive_topology())));
+    }
+    let points = positions(mesh)?;
+    let normals = match mesh
+        .try_attribute_option(Mesh::ATTRIBUTE_NORMAL)
+        .map_err(access_error)?
+    {
+        Some(VertexAttributeValues::Float32x3(normals)) => {
+            Some(normals[..points.len()].iter().copied().map(Vec3::from).collect())
+        }
+        _ => None,
+    };
+    Ok(PointSoup { points, normals })
+}
+
+fn positions(mesh: &Mesh) -> Result<Vec<Vec3>, PatternError> {
+    let positions = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION).map_err(access_error)?;
+    let VertexAttributeValues::Float32x3(positions) = positions else {
+        return Err(PatternError::NoPositions);
+    };
+    let positions: Vec<Vec3> = positions[..vertex_count(mesh)?]
+        .iter()
+        .copied()
+        .map(Vec3::from)
+        .collect();
+    check_finite(&positions)?;
+    Ok(positions)
 }
 
 /// Number of vertices that Bevy draws with: the length of the shortest attribute.

@@ -4,15 +4,16 @@
 
 use super::arena::Pool;
 use crate::arena::Upload;
+use bevy::{asset::AssetId, render::storage::ShaderBuffer};
 use bytemuck::{Pod, Zeroable};
 
 /// The compute passes; each is an entry point of the same name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Pass {
-    /// Directions of entities that follow an axis.
-    ProjectAxis,
-    /// Directions that the processor has made.
-    TakeDirections,
+    /// Directions, from wherever they come.
+    Directions,
+    /// Frequencies, from wherever they come.
+    Frequencies,
     /// Edge constants.
     EdgeWeights,
     /// Children's signs and phases against their root.
@@ -45,12 +46,20 @@ pub(crate) enum Pass {
     BranchesTotal,
     /// Energy and branches of all patterns.
     Report,
+    /// What smoothed fields are drawn to, at the vertices.
+    SmoothConstrain,
+    /// The same on a coarser level.
+    SmoothRestrict,
+    /// The top level of smoothed fields.
+    SmoothStart,
+    /// From a coarser level of smoothed fields.
+    SmoothProlong,
+    /// One colour of a level of smoothed fields.
+    SmoothSweep,
     /// Positions by joints and morph targets.
     PoseVertices,
     /// Normals and areas of posed positions.
     PoseNormals,
-    /// Directions made from those at rest.
-    CarryDirections,
     /// Deviators of the shape operator.
     Deviators,
     /// Their measure, per entity.
@@ -59,15 +68,13 @@ pub(crate) enum Pass {
     Transports,
     /// A step of smoothing.
     SmoothLines,
-    /// Directions of principal curvature.
-    CurvatureDirections,
 }
 
 impl Pass {
     /// All passes, in the order of their discriminants.
-    pub(crate) const ALL: [Self; 26] = [
-        Self::ProjectAxis,
-        Self::TakeDirections,
+    pub(crate) const ALL: [Self; 29] = [
+        Self::Directions,
+        Self::Frequencies,
         Self::EdgeWeights,
         Self::Align,
         Self::Coarsen,
@@ -84,21 +91,24 @@ impl Pass {
         Self::BranchesPartial,
         Self::BranchesTotal,
         Self::Report,
+        Self::SmoothConstrain,
+        Self::SmoothRestrict,
+        Self::SmoothStart,
+        Self::SmoothProlong,
+        Self::SmoothSweep,
         Self::PoseVertices,
         Self::PoseNormals,
-        Self::CarryDirections,
         Self::Deviators,
         Self::Limit,
         Self::Transports,
         Self::SmoothLines,
-        Self::CurvatureDirections,
     ];
 
     /// Name of the entry point.
     pub(crate) fn entry_point(self) -> &'static str {
         match self {
-            Self::ProjectAxis => "project_axis",
-            Self::TakeDirections => "take_directions",
+            Self::Directions => "directions",
+            Self::Frequencies => "frequencies",
             Self::EdgeWeights => "edge_weights",
             Self::Align => "align",
             Self::Coarsen => "coarsen",
@@ -115,14 +125,17 @@ impl Pass {
             Self::BranchesPartial => "branches_partial",
             Self::BranchesTotal => "branches_total",
             Self::Report => "report",
+            Self::SmoothConstrain => "smooth_constrain",
+            Self::SmoothRestrict => "smooth_restrict",
+            Self::SmoothStart => "smooth_start",
+            Self::SmoothProlong => "smooth_prolong",
+            Self::SmoothSweep => "smooth_sweep",
             Self::PoseVertices => "pose_vertices",
             Self::PoseNormals => "pose_normals",
-            Self::CarryDirections => "carry_directions",
             Self::Deviators => "deviators",
             Self::Limit => "limit",
             Self::Transports => "transports",
             Self::SmoothLines => "smooth_lines",
-            Self::CurvatureDirections => "curvature_directions",
         }
     }
 
@@ -145,8 +158,10 @@ pub(crate) struct StepUniform {
     pub(crate) level_sweeps: u32,
     pub(crate) momentum: f32,
     pub(crate) epsilon: f32,
+    /// 1: phasors stay as they are while children are joined to their parents.
+    pub(crate) keep: u32,
     pub(crate) round: u32,
-    pub(crate) pad: [u32; 2],
+    pub(crate) pad: u32,
 }
 
 /// Workgroups per row: below WebGPU's 65,535 per dimension.
@@ -168,6 +183,17 @@ impl Step {
     }
 }
 
+/// The content of a user's buffer, which goes to a shared one before the steps of its frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BufferCopy {
+    pub(crate) buffer: AssetId<ShaderBuffer>,
+    pub(crate) pool: Pool,
+    /// Bytes into the shared buffer.
+    pub(crate) offset: u64,
+    /// All of the user's buffer.
+    pub(crate) bytes: u64,
+}
+
 /// All that the GPU does for patterns in one frame.
 #[derive(Debug, Default)]
 pub(crate) struct Frame {
@@ -176,11 +202,16 @@ pub(crate) struct Frame {
     /// Bytes that the shared buffers must have.
     pub(crate) capacities: Vec<u64>,
     pub(crate) uploads: Vec<Upload<Pool>>,
+    pub(crate) copies: Vec<BufferCopy>,
     /// (record, level, first node, end node).
     pub(crate) items: Vec<[u32; 4]>,
     pub(crate) steps: Vec<Step>,
     /// Sweeps over the mesh.
     pub(crate) sweeps: u32,
+    /// The same, each counted once per pattern that takes part.
+    pub(crate) pattern_sweeps: u32,
+    /// The same, each counted once per vertex.
+    pub(crate) node_sweeps: u64,
 }
 
 impl Frame {

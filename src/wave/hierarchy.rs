@@ -9,39 +9,68 @@
 
 use super::{
     kite::cmul,
-    solver::{Edges, Relaxation, conj, normalize_or, sweep},
+    solver::{Edges, Relaxation, conj, normalize_or, sweep, with_swap},
 };
 use crate::surface::{Level, SurfaceGraph};
 use bevy::math::Vec2;
 
-/// Chooses the sign σ of every child and sets its phasor to what it sees of its root, whose own is 1 (cold start).
-pub fn align(level: &Level, edges: &Edges, z: &mut [Vec2], sigma: &mut [f32]) {
-    for (i, (z, sigma)) in z.iter_mut().zip(sigma).enumerate() {
-        let parent = level.parents[i] as usize;
-        let root = level.children[level.child_offsets[parent] as usize];
-        (*z, *sigma) = (Vec2::X, 1.0);
-        let range = level.edges(i);
-        if let Ok(n) = level.neighbors[range.clone()].binary_search(&root) {
-            let [a, b] = edges.pair(range.start + n);
-            *z = normalize_or(a + b, Vec2::X);
-            *sigma = if a.length_squared() >= b.length_squared() {
-                1.0
-            } else {
-                -1.0
-            };
-        }
+/// How a wave of a child follows its parent.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Child {
+    /// σ = -1: it turns by conj(y).
+    pub reversed: bool,
+    /// It follows the parent's other wave.
+    pub swap: bool,
+}
+
+impl Child {
+    fn sees(self, y: Vec2) -> Vec2 {
+        if self.reversed { conj(y) } else { y }
     }
 }
 
-/// The weights A, B of the coarser level: exact sums over the fine edges between two aggregates p < q. The edge back
-/// has the weights conj(A) and B, since the energy is one.
-pub fn coarsen(level: &Level, edges: &Edges, z: &[Vec2], sigma: &[f32], coarse: &Level) -> Edges {
-    let mut ab = vec![[Vec2::ZERO; 2]; coarse.neighbors.len()];
+/// Chooses how every child follows its parent, and sets its phasor to what it sees of its root, whose own is 1 (cold
+/// start).
+pub fn align(level: &Level, edges: &Edges, z: &mut [Vec2], children: &mut [Child]) {
+    for (node, (z, child)) in z.iter_mut().zip(children).enumerate() {
+        (*child, *z) = joined(level, edges, node);
+    }
+}
+
+/// How a node follows its parent, and what it sees of its root where the root's own phasor is 1.
+fn joined(level: &Level, edges: &Edges, node: usize) -> (Child, Vec2) {
+    let waves = edges.waves();
+    let (i, r) = (node / waves, node % waves);
+    let parent = level.parents[i] as usize;
+    let root = level.children[level.child_offsets[parent] as usize];
+    let range = level.edges(i);
+    let Ok(n) = level.neighbors[range.clone()].binary_search(&root) else {
+        return (Child::default(), Vec2::X);
+    };
+    let k = range.start + n;
+    let [a, b] = edges.pair(k, r);
+    let child = Child {
+        reversed: a.length_squared() < b.length_squared(),
+        swap: edges.source(k, r) != r,
+    };
+    (child, normalize_or(a + b, Vec2::X))
+}
+
+/// The weights A, B of the coarser level: sums over the fine edges between two aggregates p < q. The edge back has the
+/// weights conj(A) and B, since the energy is one.
+///
+/// Of a cross field some of those edges join equal waves and some different ones, where a singularity lies between; the
+/// heavier kind is kept.
+pub fn coarsen(level: &Level, edges: &Edges, z: &[Vec2], children: &[Child], coarse: &Level) -> Edges {
+    let waves = edges.waves();
+    let mut ab = vec![[Vec2::ZERO; 2]; waves * coarse.neighbors.len()];
     for p in 0..coarse.len() as u32 {
         let range = coarse.edges(p as usize);
         let neighbors = &coarse.neighbors[range.clone()];
-        let children = level.child_offsets[p as usize] as usize..level.child_offsets[p as usize + 1] as usize;
-        for &i in &level.children[children] {
+        // Per neighbour and wave, for edges between equal and between different waves.
+        let mut sums = vec![[[[Vec2::ZERO; 2]; 2]; 2]; neighbors.len()];
+        let own = level.child_offsets[p as usize] as usize..level.child_offsets[p as usize + 1] as usize;
+        for &i in &level.children[own] {
             let i = i as usize;
             for k in level.edges(i) {
                 let j = level.neighbors[k] as usize;
@@ -52,60 +81,96 @@ pub fn coarsen(level: &Level, edges: &Edges, z: &[Vec2], sigma: &[f32], coarse: 
                 let Ok(n) = neighbors.binary_search(&parent) else {
                     continue;
                 };
-                let [a, b] = edges.pair(k);
-                let mut al = cmul(conj(z[i]), cmul(a, z[j]));
-                let mut be = cmul(conj(z[i]), cmul(b, conj(z[j])));
-                if sigma[i] < 0.0 {
-                    (al, be) = (conj(al), conj(be));
+                for r in 0..waves {
+                    let m = edges.source(k, r);
+                    let (target, source) = (waves * i + r, waves * j + m);
+                    let (child, other) = (children[target], children[source]);
+                    let [a, b] = edges.pair(k, r);
+                    let mut al = cmul(conj(z[target]), cmul(a, z[source]));
+                    let mut be = cmul(conj(z[target]), cmul(b, conj(z[source])));
+                    if child.reversed {
+                        (al, be) = (conj(al), conj(be));
+                    }
+                    if child.reversed != other.reversed {
+                        (al, be) = (be, al);
+                    }
+                    let swap = child.swap ^ (m != r) ^ other.swap;
+                    let sum = &mut sums[n][usize::from(swap)][r ^ usize::from(child.swap)];
+                    sum[0] += al;
+                    sum[1] += be;
                 }
-                if sigma[i] != sigma[j] {
-                    (al, be) = (be, al);
-                }
-                let sum = &mut ab[range.start + n];
-                sum[0] += al;
-                sum[1] += be;
             }
         }
         for (n, &q) in neighbors.iter().enumerate().filter(|&(_, &q)| q > p) {
+            let weight = |kind: &[[Vec2; 2]; 2]| kind.iter().flatten().map(|w| w.length_squared()).sum::<f32>();
+            let swap = weight(&sums[n][1]) > weight(&sums[n][0]);
             let back = coarse.edges(q as usize);
-            if let Ok(m) = coarse.neighbors[back.clone()].binary_search(&p) {
-                let [a, b] = ab[range.start + n];
-                ab[back.start + m] = [conj(a), b];
+            let Ok(m) = coarse.neighbors[back.clone()].binary_search(&p) else {
+                continue;
+            };
+            for r in 0..waves {
+                let [a, b] = sums[n][usize::from(swap)][r];
+                ab[waves * (range.start + n) + r] = [with_swap(a, swap), b];
+                ab[waves * (back.start + m) + (r ^ usize::from(swap))] = [with_swap(conj(a), swap), b];
             }
         }
     }
-    Edges::Coarse(ab)
+    Edges::coarse(waves, ab)
 }
 
 /// Applies the rotations y of the coarser level to the children.
-pub fn prolong(level: &Level, y: &[Vec2], sigma: &[f32], z: &mut [Vec2]) {
-    for (i, z) in z.iter_mut().enumerate() {
-        let y = y[level.parents[i] as usize];
-        *z = cmul(*z, if sigma[i] > 0.0 { y } else { conj(y) });
+pub fn prolong(level: &Level, y: &[Vec2], children: &[Child], z: &mut [Vec2]) {
+    let waves = z.len() / level.len().max(1);
+    for (node, (z, child)) in z.iter_mut().zip(children).enumerate() {
+        let (i, r) = (node / waves, node % waves);
+        let y = y[waves * level.parents[i] as usize + (r ^ usize::from(child.swap))];
+        *z = cmul(*z, child.sees(y));
     }
 }
 
 /// The Galerkin cold start: up the levels aligning and coarsening, down again rotating and sweeping.
 pub(super) fn cold_start(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32) -> Vec<Vec2> {
+    let nodes = fine.waves() * graph.mesh_level().len();
+    let mut z = vec![Vec2::X; nodes];
+    cycle(graph, fine, level_sweeps, omega, true, &mut z);
+    z
+}
+
+/// A V-cycle (warm start): aggregates of ever coarser levels turn as a whole to where they fit better, starting from the
+/// phasors as they are. Of phasors with a modulus the surer count more. On unit phasors it raises the energy no more than
+/// the edges that flip inside an aggregate do.
+pub fn v_cycle(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32, z: &mut [Vec2]) {
+    cycle(graph, fine, level_sweeps, omega, false, z);
+}
+
+/// Up the levels coarsening, where `aligning` after children took what they see of their root; down again sweeping and
+/// rotating.
+fn cycle(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, omega: f32, aligning: bool, z: &mut [Vec2]) {
     let levels = &graph.levels;
     let mut coarse_edges: Vec<Edges> = Vec::new();
-    let mut states: Vec<(Vec<Vec2>, Vec<f32>)> = Vec::new();
+    let mut states: Vec<(Vec<Vec2>, Vec<Child>)> = Vec::new();
     for (n, level) in levels.iter().enumerate() {
         let edges = if n == 0 { fine } else { &coarse_edges[n - 1] };
-        let (mut z, mut sigma) = (vec![Vec2::X; level.len()], vec![1.0; level.len()]);
+        let nodes = fine.waves() * level.len();
+        let mut z = if n == 0 { z.to_vec() } else { vec![Vec2::X; nodes] };
+        let mut children = vec![Child::default(); nodes];
         if let Some(coarse) = levels.get(n + 1) {
-            align(level, edges, &mut z, &mut sigma);
-            let coarsened = coarsen(level, edges, &z, &sigma, coarse);
+            if aligning {
+                align(level, edges, &mut z, &mut children);
+            } else {
+                children = (0..nodes).map(|node| joined(level, edges, node).0).collect();
+            }
+            let coarsened = coarsen(level, edges, &z, &children, coarse);
             coarse_edges.push(coarsened);
         }
-        states.push((z, sigma));
+        states.push((z, children));
     }
     let mut y: Vec<Vec2> = Vec::new();
     for (n, level) in levels.iter().enumerate().rev() {
         let edges = if n == 0 { fine } else { &coarse_edges[n - 1] };
-        let (z, sigma) = &mut states[n];
+        let (z, children) = &mut states[n];
         if n + 1 < levels.len() {
-            prolong(level, &y, sigma, z);
+            prolong(level, &y, children, z);
         }
         let sweeps = if n == 0 { 0 } else { level_sweeps };
         for s in 0..sweeps {
@@ -114,5 +179,5 @@ pub(super) fn cold_start(graph: &SurfaceGraph, fine: &Edges, level_sweeps: u32, 
         }
         y = std::mem::take(z);
     }
-    y
+    z.copy_from_slice(&y);
 }

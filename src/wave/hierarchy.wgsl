@@ -1,28 +1,39 @@
-// The Galerkin hierarchy of the cold start: up the levels aligning and coarsening, down again rotating and sweeping.
+// The Galerkin hierarchy of the cold start: up the levels aligning and coarsening, down again rotating and sweeping; and
+// the V-cycle of a warm start, which does the same with phasors as they are.
 // Glossary in `passes.wgsl`.
 
 #import bevy_field_patterns::layout::LevelRecord
 #import bevy_field_patterns::kite::cmul
 #import bevy_field_patterns::passes::{
-    step, surface, wave, edges, TURN, load_item, load_level, load_pair, find, conj, normalize_or, relax, sigma_of,
-    store_sigma, WORKGROUP,
+    step, surface, wave, edges, TURN, load_item, load_level, load_pair, find, conj, normalize_or, parent_swap, relax,
+    sigma_of, source_wave, store_child, swap_of, with_swap, WORKGROUP,
 }
 
 fn align_node(level: LevelRecord, index: u32, i: u32) {
     let parent = surface[level.parent_base + i];
     let root = surface[level.child_base + surface[level.child_offset_base + parent]];
-    var z = vec2(1.0, 0.0);
-    var negative = false;
     let first = level.neighbor_base + surface[level.offset_base + i];
     let end = level.neighbor_base + surface[level.offset_base + i + 1u];
     let at = find(first, end, root);
-    if at < end {
-        let ab = load_pair(level, index, at - level.neighbor_base);
-        z = normalize_or(ab.xy + ab.zw, z);
-        negative = dot(ab.xy, ab.xy) < dot(ab.zw, ab.zw);
+    for (var r = 0u; r < level.waves; r++) {
+        let own = level.waves * i + r;
+        var z = vec2(1.0, 0.0);
+        var negative = false;
+        var swap = 0u;
+        if at < end {
+            let k = at - level.neighbor_base;
+            let ab = load_pair(level, index, k, r);
+            z = normalize_or(ab.xy + ab.zw, z);
+            negative = dot(ab.xy, ab.xy) < dot(ab.zw, ab.zw);
+            swap = r ^ source_wave(level, index, k, r);
+        }
+        if step.keep == 0u {
+            wave[level.node_base + own] = z;
+        } else if index > 0u {
+            wave[level.node_base + own] = vec2(1.0, 0.0);
+        }
+        store_child(level, index, own, negative, swap);
     }
-    wave[level.node_base + i] = z;
-    store_sigma(level, i, negative);
 }
 
 @compute @workgroup_size(64)
@@ -33,55 +44,98 @@ fn align(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     }
 }
 
+// Adds edge k into wave r of node i to the coarse edge from its source's parent: to `same` where it joins equal waves of
+// the parents, to `other` where it joins different ones. Both are places of a pair (A, B) per wave.
+fn add_edge(level: LevelRecord, index: u32, k: u32, i: u32, r: u32, same: u32, other: u32) {
+    let own = level.waves * i + r;
+    let m = source_wave(level, index, k, r);
+    let source = level.waves * surface[level.neighbor_base + k] + m;
+    let sigma = sigma_of(level, own);
+    let z_i = conj(wave[level.node_base + own]);
+    let z_j = wave[level.node_base + source];
+    let ab = load_pair(level, index, k, r);
+    var al = cmul(z_i, cmul(ab.xy, z_j));
+    var be = cmul(z_i, cmul(ab.zw, conj(z_j)));
+    if sigma < 0.0 {
+        al = conj(al);
+        be = conj(be);
+    }
+    let alike = sigma == sigma_of(level, source);
+    let turned = parent_swap(level, own);
+    let swap = turned ^ m ^ r ^ parent_swap(level, source);
+    let q = select(same, other, swap == 1u) + 2u * (r ^ turned);
+    edges[q] += select(be, al, alike);
+    edges[q + 1u] += select(al, be, alike);
+}
+
 // Sums the edges between the children of p and those of each neighbour q > p into the coarse edge from q to p, and
-// writes the reverse edge from p to q, whose weights are conj(A) and B.
+// writes the reverse edge from p to q, whose weights are conj(A) and B. Until then that one's place is where the edges
+// between different waves are summed; of the two kinds the heavier is kept.
 fn coarsen_node(level: LevelRecord, index: u32, coarse: LevelRecord, p: u32) {
+    let pair = 2u * level.waves;
     let first = coarse.neighbor_base + surface[coarse.offset_base + p];
     let end = coarse.neighbor_base + surface[coarse.offset_base + p + 1u];
     for (var n = first; n < end; n++) {
         if surface[n] > p {
-            let q = coarse.edge_base + 2u * (n - coarse.neighbor_base);
-            edges[q] = vec2(0.0);
-            edges[q + 1u] = vec2(0.0);
+            let here = coarse.edge_base + pair * (n - coarse.neighbor_base);
+            let back = edge_back(coarse, p, surface[n]);
+            for (var word = 0u; word < pair; word++) {
+                edges[here + word] = vec2(0.0);
+                edges[back + word] = vec2(0.0);
+            }
         }
     }
     let last_child = surface[level.child_offset_base + p + 1u];
     for (var c = surface[level.child_offset_base + p]; c < last_child; c++) {
         let i = surface[level.child_base + c];
-        let z_i = conj(wave[level.node_base + i]);
-        let sigma_i = sigma_of(level, i);
         let edge_end = surface[level.offset_base + i + 1u];
         for (var k = surface[level.offset_base + i]; k < edge_end; k++) {
-            let j = surface[level.neighbor_base + k];
-            let parent = surface[level.parent_base + j];
+            let parent = surface[level.parent_base + surface[level.neighbor_base + k]];
             if parent <= p {
                 continue;
             }
-            let at = find(first, end, parent);
-            let z_j = wave[level.node_base + j];
-            let ab = load_pair(level, index, k);
-            var al = cmul(z_i, cmul(ab.xy, z_j));
-            var be = cmul(z_i, cmul(ab.zw, conj(z_j)));
-            if sigma_i < 0.0 {
-                al = conj(al);
-                be = conj(be);
+            let here = coarse.edge_base + pair * (find(first, end, parent) - coarse.neighbor_base);
+            var back = here;
+            if level.waves == 2u {
+                back = edge_back(coarse, p, parent);
             }
-            let q = coarse.edge_base + 2u * (at - coarse.neighbor_base);
-            let same = sigma_i == sigma_of(level, j);
-            edges[q] += select(be, al, same);
-            edges[q + 1u] += select(al, be, same);
+            for (var r = 0u; r < level.waves; r++) {
+                add_edge(level, index, k, i, r, here, back);
+            }
         }
     }
     for (var n = first; n < end; n++) {
-        let q = surface[n];
-        if q > p {
-            let other_first = coarse.neighbor_base + surface[coarse.offset_base + q];
-            let other_end = coarse.neighbor_base + surface[coarse.offset_base + q + 1u];
-            let back = coarse.edge_base + 2u * (find(other_first, other_end, p) - coarse.neighbor_base);
-            let here = coarse.edge_base + 2u * (n - coarse.neighbor_base);
-            edges[back] = conj(edges[here]);
-            edges[back + 1u] = edges[here + 1u];
+        if surface[n] > p {
+            let here = coarse.edge_base + pair * (n - coarse.neighbor_base);
+            settle_edge(coarse.waves, here, edge_back(coarse, p, surface[n]));
         }
+    }
+}
+
+// Where the weights of the edge from p to q begin.
+fn edge_back(coarse: LevelRecord, p: u32, q: u32) -> u32 {
+    let first = coarse.neighbor_base + surface[coarse.offset_base + q];
+    let end = coarse.neighbor_base + surface[coarse.offset_base + q + 1u];
+    return coarse.edge_base + 2u * coarse.waves * (find(first, end, p) - coarse.neighbor_base);
+}
+
+fn settle_edge(waves: u32, here: u32, back: u32) {
+    var weight = vec2(0.0);
+    for (var word = 0u; word < 2u * waves; word++) {
+        weight += vec2(dot(edges[here + word], edges[here + word]), dot(edges[back + word], edges[back + word]));
+    }
+    let swap = select(0u, 1u, weight.y > weight.x);
+    let from_place = select(here, back, swap == 1u);
+    var kept: array<vec2<f32>, 4>;
+    for (var word = 0u; word < 2u * waves; word++) {
+        kept[word] = edges[from_place + word];
+    }
+    for (var r = 0u; r < waves; r++) {
+        let m = r ^ swap;
+        edges[here + 2u * r] = with_swap(kept[2u * r], swap);
+        edges[here + 2u * r + 1u] = kept[2u * r + 1u];
+        edges[back + 2u * m] = with_swap(conj(kept[2u * r]), swap);
+        edges[back + 2u * m + 1u] = kept[2u * r + 1u];
     }
 }
 
@@ -95,9 +149,12 @@ fn coarsen(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
 }
 
 fn prolong_node(level: LevelRecord, coarse: LevelRecord, i: u32) {
-    let y = wave[coarse.node_base + surface[level.parent_base + i]];
-    let z = wave[level.node_base + i];
-    wave[level.node_base + i] = cmul(z, select(conj(y), y, sigma_of(level, i) > 0.0));
+    let parent = level.waves * surface[level.parent_base + i];
+    for (var r = 0u; r < level.waves; r++) {
+        let own = level.waves * i + r;
+        let y = wave[coarse.node_base + parent + (r ^ parent_swap(level, own))];
+        wave[level.node_base + own] = cmul(wave[level.node_base + own], select(conj(y), y, sigma_of(level, own) > 0.0));
+    }
 }
 
 @compute @workgroup_size(64)
@@ -109,14 +166,19 @@ fn prolong(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
 }
 
 fn sweep_node(level: LevelRecord, i: u32, omega: f32) {
-    var t = vec2(0.0);
     let end = surface[level.offset_base + i + 1u];
-    for (var k = surface[level.offset_base + i]; k < end; k++) {
-        let y = wave[level.node_base + surface[level.neighbor_base + k]];
-        let q = level.edge_base + 2u * k;
-        t += cmul(edges[q], y) + cmul(edges[q + 1u], conj(y));
+    for (var r = 0u; r < level.waves; r++) {
+        var t = vec2(0.0);
+        for (var k = surface[level.offset_base + i]; k < end; k++) {
+            let q = level.edge_base + 2u * (level.waves * k + r);
+            let a = edges[q];
+            let m = r ^ (swap_of(a) & (level.waves - 1u));
+            let y = wave[level.node_base + level.waves * surface[level.neighbor_base + k] + m];
+            t += cmul(a, y) + cmul(edges[q + 1u], conj(y));
+        }
+        let own = level.node_base + level.waves * i + r;
+        wave[own] = relax(wave[own], t, 0.0, TURN, omega, 0.0);
     }
-    wave[level.node_base + i] = relax(wave[level.node_base + i], t, 0.0, TURN, omega, 0.0);
 }
 
 // Sweep of one colour class of a coarse level.
@@ -132,8 +194,9 @@ fn sweep_coarse(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
 @compute @workgroup_size(64)
 fn start_top(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        wave[load_level(item.x, item.y).node_base + i] = vec2(1.0, 0.0);
+    let level = load_level(item.x, item.y);
+    for (var own = level.waves * item.z + local; own < level.waves * item.w; own += WORKGROUP) {
+        wave[level.node_base + own] = vec2(1.0, 0.0);
     }
 }
 
@@ -166,8 +229,8 @@ fn solve_small(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
         storageBarrier();
     }
     let top = load_level(item.x, levels - 1u);
-    for (var i = local; i < top.nodes; i += SMALL_WORKGROUP) {
-        wave[top.node_base + i] = vec2(1.0, 0.0);
+    for (var own = local; own < top.waves * top.nodes; own += SMALL_WORKGROUP) {
+        wave[top.node_base + own] = vec2(1.0, 0.0);
     }
     storageBarrier();
     for (var above = levels; above > item.y; above--) {

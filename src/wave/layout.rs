@@ -3,7 +3,7 @@
 //! | buffer | element | what it holds |
 //! |---|---|---|
 //! | surface | `u32` | records of entities; triangles, neighbours, hierarchy of graphs |
-//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id) |
+//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id); of a point cloud two more |
 //! | wave | `vec2<f32>` | per entity: d and f of each vertex, phasors of every level |
 //! | edges | `vec2<f32>` | per entity, solver only: weight of each directed edge of every level |
 //! | balance | `f32` | per entity, solver only: one number per node of every level |
@@ -26,11 +26,48 @@ pub const BALANCE_BUFFER: Handle<ShaderBuffer> = uuid_handle!("6f0bd2b0-3f0e-4f3
 pub const FLAG_READY: u32 = 1;
 /// d and -d differ ([`Symmetry::Vector`](crate::field::Symmetry)).
 pub const FLAG_VECTOR: u32 = 2;
-/// The directions are [`PatternRecord::axis`], projected on the GPU.
-pub const FLAG_AXIS: u32 = 4;
 /// The directions follow those of the frame before: on a line field each keeps the sign nearest to its last one, to which
 /// its phasor refers.
 pub const FLAG_FOLLOW: u32 = 8;
+/// d, n × d and their opposites are the same ([`Waves::Cross`](super::Waves)).
+pub const FLAG_CROSS: u32 = 16;
+/// A point cloud: triangles 2 p and 2 p + 1 are the square of one vertex, whose half axes follow the vertices' geometry.
+pub const FLAG_DISCS: u32 = 256;
+
+/// One axis for all vertices.
+pub(crate) const DIRECTION_AXIS: u32 = 0;
+/// A vector per vertex.
+pub(crate) const DIRECTION_VECTORS: u32 = 1;
+/// A tangent per vertex, taken as given.
+pub(crate) const DIRECTION_TANGENTS: u32 = 2;
+/// Two vectors per vertex, blended.
+pub(crate) const DIRECTION_SNAPSHOTS: u32 = 3;
+/// Flow around cores.
+pub(crate) const DIRECTION_VORTICES: u32 = 4;
+/// An eigenvector of a tensor per vertex.
+pub(crate) const DIRECTION_TENSOR: u32 = 5;
+/// A smoothed field.
+pub(crate) const DIRECTION_SMOOTH: u32 = 6;
+/// A vector per vertex of the mesh, copied from a user's buffer.
+pub(crate) const DIRECTION_BUFFER: u32 = 7;
+/// Principal curvature of a surface that is posed on the device.
+pub(crate) const DIRECTION_CURVATURE: u32 = 8;
+
+/// One frequency for all vertices.
+pub(crate) const FREQUENCY_UNIFORM: u32 = 0;
+/// A frequency per vertex.
+pub(crate) const FREQUENCY_VERTICES: u32 = 1;
+/// By the distance to a segment.
+pub(crate) const FREQUENCY_DISTANCE: u32 = 2;
+/// By the size of a pixel.
+pub(crate) const FREQUENCY_SCREEN: u32 = 3;
+/// By a scalar of the vertex.
+pub(crate) const FREQUENCY_SCALAR: u32 = 4;
+/// A frequency per vertex of the mesh, copied from a user's buffer.
+pub(crate) const FREQUENCY_BUFFER: u32 = 5;
+
+/// In [`PatternRecord::sources`]: the eigenvalues of tensors become the scalars.
+pub(crate) const SOURCE_SCALARS: u32 = 1 << 16;
 
 /// What the GPU knows of one patterned entity. The entity's `MeshTag` is the record's word offset in the surface
 /// buffer; 0 is a record of zeros and means "no pattern".
@@ -47,23 +84,25 @@ pub struct PatternRecord {
     pub levels: u32,
     /// `surface[triangle_base + 3 t + c]` is the vertex at corner c of triangle t.
     pub triangle_base: u32,
-    /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, id); the id is the bits of a u32, the vertex's number in the mesh.
+    /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, id); the id is the bits of a
+    /// u32, the vertex's number in the mesh. With [`FLAG_DISCS`], `geometry[geometry_base + 2 vertices + 2 v]` and the
+    /// next one are the half axes of its square.
     pub geometry_base: u32,
     /// `wave[field_base + 2 v]` is (d.x, d.y) of vertex v, the next one (d.z, f).
     pub field_base: u32,
-    /// `wave[phasor_base + v]` is the phasor z of vertex v.
+    /// `wave[phasor_base + waves * v + r]` is the phasor z of wave r of vertex v.
     pub phasor_base: u32,
     /// `surface[class_base + c]` is the first vertex of colour class c, `surface[class_base + colors]` the vertex count.
     pub class_base: u32,
     /// Number of colour classes.
     pub colors: u32,
-    /// Frequency of all vertices where [`FLAG_AXIS`] is set, in stripes per unit length.
+    /// Frequency of all vertices, in stripes per unit length, where it is uniform.
     pub frequency: f32,
-    /// Angle in radians by which a GPU-projected axis is turned about the normal.
+    /// Angle in radians by which directions are turned about the normal.
     pub turn: f32,
-    /// The axis to project, where [`FLAG_AXIS`] is set.
+    /// The axis that directions are projected from, where they are.
     pub axis: [f32; 3],
-    /// `wave[delta_base + v]` is the momentum of the local rule; only where it is used.
+    /// `wave[delta_base + waves * v + r]` is the momentum of the local rule; only where it is used.
     pub delta_base: u32,
     /// `balance[state_base..]`: energy and branch count of the entity, then partial sums.
     pub state_base: u32,
@@ -73,18 +112,28 @@ pub struct PatternRecord {
     pub ratio: f32,
     /// `wave[scalar_base + v]` are the two scalars of vertex v that styles may show; 0: there are none.
     pub scalar_base: u32,
+    /// Where directions and frequencies come from: `DIRECTION_*` in the lowest byte, `FREQUENCY_*` in the next one, and
+    /// `SOURCE_SCALARS`.
+    pub sources: u32,
+    /// `geometry[direction_base..]` are the vectors or tensors that directions are made from.
+    pub direction_base: u32,
+    /// `geometry[frequency_base..]` are frequencies that were given, four to an element.
+    pub frequency_base: u32,
+    /// `surface[parameter_base..]` are the parameters of the sources.
+    pub parameter_base: u32,
+    /// `wave[smooth_base..]`: the smoothed field of every node, then what it is drawn to; see `smooth.wgsl`.
+    pub smooth_base: u32,
     /// Unused.
-    pub pad: [u32; 6],
+    pub pad: u32,
     /// `surface[pose_base..]` is the entity's [`PoseRecord`]; 0: its positions are not posed.
     pub pose_base: u32,
     /// Unused.
-    pub pad_end: [u32; 5],
+    pub pad_pose: [u32; 3],
+    /// Bit i % 32 of `surface[pin_base + i / 32]` tells whether vertex i is drawn to a crest; 0: none is.
+    pub pin_base: u32,
+    /// How much such a vertex is drawn to a crest, as the weight of an edge; below 0: to a trough.
+    pub pull: f32,
 }
-
-/// The directions of a posed surface are [`PatternRecord::axis`], projected, with frequencies of their own.
-pub const POSE_AXIS: u32 = 1;
-/// They are those of the minor principal curvature, not of the major one.
-pub const POSE_MINOR: u32 = 2;
 
 /// How an entity is posed. The matrices of its joints follow, three rows of four numbers each, and then the weights of its
 /// morph targets.
@@ -95,7 +144,8 @@ pub struct PoseRecord {
     pub joints: u32,
     /// Number of weights.
     pub targets: u32,
-    /// `surface[skin_base + 6 v]` are two joints of vertex v, 16 bits each, the next one two more, then four weights; 0: there is no skin.
+    /// `surface[skin_base + 6 v]` are two joints of vertex v, 16 bits each, the next one two more, then four weights; 0:
+    /// there is no skin.
     pub skin_base: u32,
     /// `surface[target_base + 3 (t V + v)]`.. is by how much morph target t displaces vertex v of V.
     pub target_base: u32,
@@ -105,14 +155,8 @@ pub struct PoseRecord {
     pub corner_offset_base: u32,
     /// `surface[corner_base + k]` is corner c of triangle t, as 3 t + c.
     pub corner_base: u32,
-    /// Directions and frequencies at rest, as [`PatternRecord::field_base`].
-    pub field_base: u32,
-    /// Steps of smoothing of curvature directions.
-    pub smoothing: u32,
-    /// `POSE_*`.
-    pub flags: u32,
     /// Unused.
-    pub pad: [u32; 2],
+    pub pad: u32,
 }
 
 /// One level of an entity's hierarchy.
@@ -131,11 +175,13 @@ pub struct LevelRecord {
     pub child_offset_base: u32,
     /// `surface[child_base + c]` is a node of this level; the first child of a parent is its root.
     pub child_base: u32,
-    /// `wave[node_base + i]` is the phasor of node i (of the finest level: z).
+    /// `wave[node_base + waves * i + r]` is the phasor of wave r of node i (of the finest level: z).
     pub node_base: u32,
-    /// Finest level: `edges[edge_base + k]` = E of edge k. Coarser: `edges[edge_base + 2 k]` = A, the next one B.
+    /// With n = `waves * k + r` for wave r over edge k: finest level: `edges[edge_base + n]` = E. Coarser:
+    /// `edges[edge_base + 2 n]` = A, the next one B.
     pub edge_base: u32,
-    /// `balance[balance_base + i]`: the sign is sigma of node i, the modulus 1 / sum of weights (finest level only).
+    /// `balance[balance_base + waves * i + r]`: the sign is sigma of wave r of node i, the lowest bit tells whether it
+    /// follows its parent's other wave, the modulus is 1 / sum of weights (finest level only).
     pub balance_base: u32,
     /// `surface[class_base + c] .. surface[class_base + c + 1]` are the nodes of colour class c.
     pub class_base: u32,

@@ -4,15 +4,32 @@
 
 const FLAG_READY: u32 = 1u;
 const FLAG_VECTOR: u32 = 2u;
-const FLAG_AXIS: u32 = 4u;
 const FLAG_FOLLOW: u32 = 8u;
+const FLAG_CROSS: u32 = 16u;
+const FLAG_DISCS: u32 = 256u;
+
+const DIRECTION_AXIS: u32 = 0u;
+const DIRECTION_VECTORS: u32 = 1u;
+const DIRECTION_TANGENTS: u32 = 2u;
+const DIRECTION_SNAPSHOTS: u32 = 3u;
+const DIRECTION_VORTICES: u32 = 4u;
+const DIRECTION_TENSOR: u32 = 5u;
+const DIRECTION_SMOOTH: u32 = 6u;
+const DIRECTION_BUFFER: u32 = 7u;
+const DIRECTION_CURVATURE: u32 = 8u;
+
+const FREQUENCY_UNIFORM: u32 = 0u;
+const FREQUENCY_VERTICES: u32 = 1u;
+const FREQUENCY_DISTANCE: u32 = 2u;
+const FREQUENCY_SCREEN: u32 = 3u;
+const FREQUENCY_SCALAR: u32 = 4u;
+const FREQUENCY_BUFFER: u32 = 5u;
+
+const SOURCE_SCALARS: u32 = 65536u;
 
 const RECORD_WORDS: u32 = 32u;
 const LEVEL_WORDS: u32 = 12u;
-const POSE_WORDS: u32 = 12u;
-
-const POSE_AXIS: u32 = 1u;
-const POSE_MINOR: u32 = 2u;
+const POSE_WORDS: u32 = 8u;
 
 struct PatternRecord {
     vertices: u32,
@@ -33,6 +50,11 @@ struct PatternRecord {
     waves: u32,
     ratio: f32,
     scalar_base: u32,
+    sources: u32,
+    direction_base: u32,
+    frequency_base: u32,
+    parameter_base: u32,
+    smooth_base: u32,
 }
 
 struct LevelRecord {

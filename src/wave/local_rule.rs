@@ -27,15 +27,13 @@ pub fn hash_turns(id: u32) -> f32 {
 
 /// One sweep of the local rule: z_i ← (t + Δ_i) / |t + Δ_i|, Δ_i ← s_m (t - z_i) (Eq. 9 to 11), classes in `colors` only.
 pub fn sweep_local(level: &Level, edges: &Edges, z: &mut [Vec2], delta: &mut [Vec2], momentum: f32, colors: usize) {
+    let waves = edges.waves();
     for class in level.classes.windows(2).take(colors) {
-        for i in class[0] as usize..class[1] as usize {
-            let mut t = Vec2::ZERO;
-            for k in level.edges(i) {
-                t += edges.seen(k, z[level.neighbors[k] as usize]);
-            }
-            let old = z[i];
-            z[i] = normalize_or(t + delta[i], old);
-            delta[i] = momentum * (t - old);
+        for node in waves * class[0] as usize..waves * class[1] as usize {
+            let t = edges.seen_sum(level, node / waves, node % waves, |source| z[source]);
+            let old = z[node];
+            z[node] = normalize_or(t + delta[node], old);
+            delta[node] = momentum * (t - old);
         }
     }
 }
@@ -45,8 +43,14 @@ pub(super) fn solve_local(graph: &SurfaceGraph, edges: &Edges, sums: &[f32], rul
     let mut z: Vec<Vec2> = graph
         .first_vertices()
         .into_iter()
-        .map(|id| phasor(hash_turns(id)))
+        .flat_map(|id| (0..edges.waves() as u32).map(move |r| phasor(hash_turns(id ^ (r << 31)))))
         .collect();
+    let sweeps = settle(level, edges, sums, rule, &mut z);
+    Solution { phasors: z, sweeps }
+}
+
+/// Sweeps of the local rule until the energy settles (Eq. 12); how many.
+pub(super) fn settle(level: &Level, edges: &Edges, sums: &[f32], rule: &LocalRule, z: &mut [Vec2]) -> u32 {
     let mut delta = vec![Vec2::ZERO; z.len()];
     let mut before = f32::INFINITY;
     let mut sweeps = 0;
@@ -55,15 +59,15 @@ pub(super) fn solve_local(graph: &SurfaceGraph, edges: &Edges, sums: &[f32], rul
             true => level.colors() - level.colors() / 3,
             false => level.colors(),
         };
-        sweep_local(level, edges, &mut z, &mut delta, rule.momentum, colors);
+        sweep_local(level, edges, z, &mut delta, rule.momentum, colors);
         sweeps += 1;
         if rule.epsilon > 0.0 {
-            let now = energy(level, edges, sums, &z);
+            let now = energy(level, edges, sums, z);
             if (before - now).abs() < rule.epsilon * before {
                 break;
             }
             before = now;
         }
     }
-    Solution { phasors: z, sweeps }
+    sweeps
 }

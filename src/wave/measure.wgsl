@@ -4,10 +4,12 @@
 // off      w (1 - cos r) of a directed edge = |w z_i - seen|^2 / 2w, without cancellation
 // branch   a triangle around which the phase winds
 
-#import bevy_field_patterns::layout::{FLAG_VECTOR, LevelRecord}
-#import bevy_field_patterns::kite::{TAU, aligned_distance, reversed}
+#import bevy_field_patterns::layout::{FLAG_CROSS, FLAG_VECTOR, LevelRecord}
+#import bevy_field_patterns::kite::{
+    Coupling, Frame, TAU, aligned_distance, direction_of, quarter_turns, reversed, turned_reversed, turned_wave,
+}
 #import bevy_field_patterns::passes::{
-    step, items, surface, geometry, wave, edges, balance, load_item, load_level, normalize_or, seen_fine, state_base,
+    step, items, surface, geometry, wave, edges, balance, load_item, load_level, normalize_or, seen_fine, state_base, swap_of,
     STATE_OFF, STATE_WEIGHT, STATE_BRANCHES, STATE_BEFORE, STATE_DONE, STATE_SWEEPS, STATE_WORDS, WORKGROUP,
 }
 
@@ -26,19 +28,20 @@ fn workgroup_sum(value: vec2<f32>, local: u32) -> vec2<f32> {
     return sums[0];
 }
 
-// Sums of off and of w over the edges into vertex i; `at` is the mesh's level record.
-fn vertex_energy(at: LevelRecord, i: u32) -> vec2<f32> {
+// Sums of off and of w over the edges into wave r of vertex i; `at` is the mesh's level record.
+fn vertex_energy(at: LevelRecord, i: u32, r: u32) -> vec2<f32> {
     let one = vec2(1.0, 0.0);
-    let z = normalize_or(wave[at.node_base + i], one);
+    let z = normalize_or(wave[at.node_base + at.waves * i + r], one);
     var sum = vec2(0.0);
     let end = surface[at.offset_base + i + 1u];
     for (var k = surface[at.offset_base + i]; k < end; k++) {
-        let source = wave[at.node_base + surface[at.neighbor_base + k]];
-        let seen = seen_fine(edges[at.edge_base + k], normalize_or(source, one));
+        let e = edges[at.edge_base + at.waves * k + r];
+        let source = at.waves * surface[at.neighbor_base + k] + (r ^ (swap_of(e) & (at.waves - 1u)));
+        let seen = seen_fine(e, normalize_or(wave[at.node_base + source], one));
         let w = length(seen);
         if w > 0.0 {
-            let r = w * z - seen;
-            sum += vec2(dot(r, r) / (2.0 * w), w);
+            let off = w * z - seen;
+            sum += vec2(dot(off, off) / (2.0 * w), w);
         }
     }
     return sum;
@@ -50,8 +53,8 @@ fn energy_partial(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
     let item = load_item(group);
     let level = load_level(item.x, 0u);
     var sum = vec2(0.0);
-    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        sum += vertex_energy(level, i);
+    for (var own = level.waves * item.z + local; own < level.waves * item.w; own += WORKGROUP) {
+        sum += vertex_energy(level, own / level.waves, own % level.waves);
     }
     sum = workgroup_sum(sum, local);
     if local == 0u && item.z < item.w {
@@ -98,40 +101,55 @@ fn wrapped(angle: f32) -> f32 {
     return angle - TAU * round(angle / TAU);
 }
 
-// The winding of triangle t: 0, or the number of stripes that begin or end in it; 0 for triangles that a line field
-// cannot orient.
-fn winding(record: u32, t: u32) -> f32 {
-    let vector = (surface[record + 2u] & FLAG_VECTOR) != 0u;
+// The number of waves that wind around triangle t: stripes of theirs begin or end in it. 0 for triangles whose corners
+// cannot be turned alike.
+fn windings(record: u32, t: u32) -> f32 {
+    let flags = surface[record + 2u];
+    let waves = surface[record + 17u];
+    let coupling = Coupling(waves, (flags & FLAG_VECTOR) != 0u, (flags & FLAG_CROSS) != 0u);
     let corner = surface[record + 4u] + 3u * t;
     let v = vec3(surface[corner], surface[corner + 1u], surface[corner + 2u]);
     if v.x == v.y || v.y == v.z || v.z == v.x {
         return 0.0;
     }
     var p: array<vec3<f32>, 3>;
-    var d: array<vec3<f32>, 3>;
     var f: array<f32, 3>;
-    var z: array<vec2<f32>, 3>;
+    var frames: array<Frame, 3>;
+    var turns: array<u32, 3>;
     for (var c = 0u; c < 3u; c++) {
         p[c] = geometry[surface[record + 5u] + 2u * v[c]].xyz;
         let field = surface[record + 6u] + 2u * v[c];
-        d[c] = vec3(wave[field], wave[field + 1u].x);
+        let d = vec3(wave[field], wave[field + 1u].x);
+        frames[c] = Frame(d, cross(geometry[surface[record + 5u] + 2u * v[c] + 1u].xyz, d));
         f[c] = wave[field + 1u].y;
-        z[c] = wave[surface[record + 7u] + v[c]];
-        if !vector && c > 0u && dot(d[0], d[c]) < 0.0 {
-            d[c] = -d[c];
-            z[c] = reversed(z[c]);
-        }
+        turns[c] = quarter_turns(coupling, frames[c], frames[0]);
     }
-    if !vector && dot(d[1], d[2]) < 0.0 {
+    if ((turns[1] + quarter_turns(coupling, frames[2], frames[1]) - turns[2]) & 3u) != 0u {
         return 0.0;
     }
-    var around = 0.0;
-    for (var c = 0u; c < 3u; c++) {
-        let next = (c + 1u) % 3u;
-        let omega = TAU * 0.5 * (f[c] + f[next]) * aligned_distance(p[next] - p[c], d[c], d[next]);
-        around += omega + wrapped(atan2(z[next].y, z[next].x) - atan2(z[c].y, z[c].x) - omega);
+    var count = 0.0;
+    for (var r = 0u; r < waves; r++) {
+        var d: array<vec3<f32>, 3>;
+        var z: array<vec2<f32>, 3>;
+        for (var c = 0u; c < 3u; c++) {
+            let m = turned_wave(turns[c], r);
+            d[c] = direction_of(frames[c], m);
+            z[c] = wave[surface[record + 7u] + waves * v[c] + m];
+            if turned_reversed(turns[c], r) {
+                d[c] = -d[c];
+                z[c] = reversed(z[c]);
+            }
+        }
+        let ratio = select(1.0, bitcast<f32>(surface[record + 18u]), r == 1u);
+        var around = 0.0;
+        for (var c = 0u; c < 3u; c++) {
+            let next = (c + 1u) % 3u;
+            let omega = TAU * ratio * 0.5 * (f[c] + f[next]) * aligned_distance(p[next] - p[c], d[c], d[next]);
+            around += omega + wrapped(atan2(z[next].y, z[next].x) - atan2(z[c].y, z[c].x) - omega);
+        }
+        count += select(0.0, 1.0, abs(around) > 0.5 * TAU);
     }
-    return abs(round(around / TAU));
+    return count;
 }
 
 // Per item (record, partial, first triangle, end): its number of branches.
@@ -140,7 +158,7 @@ fn branches_partial(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invo
     let item = load_item(group);
     var count = 0.0;
     for (var t = item.z + local; t < item.w; t += WORKGROUP) {
-        count += select(0.0, 1.0, winding(item.x, t) > 0.5);
+        count += windings(item.x, t);
     }
     let sum = workgroup_sum(vec2(count, 0.0), local);
     if local == 0u && item.z < item.w {

@@ -12,11 +12,14 @@
 //! and in the render world, before the first camera: upload and dispatch.
 
 mod arena;
+mod carry;
+mod crease;
 mod frame;
 mod hierarchy;
 pub mod kite;
 pub mod layout;
 mod local_rule;
+mod merged;
 mod pack;
 mod patterns;
 mod pending;
@@ -27,26 +30,32 @@ mod quality;
 mod render;
 mod settings;
 pub mod shade;
+pub mod shade_pair;
 mod shaders;
 pub mod solver;
 mod state;
 mod status;
+mod waves;
 
 pub use crate::{arena::PatternMemory, surface::PatternMesh};
 pub use arena::PatternArena;
+pub use carry::{CarriedWave, carry_wave};
+pub use crease::{CreaseLine, CreasePhase};
 pub use patterns::Pattern;
 pub use quality::{Quality, quality};
+pub use render::PatternRenderSystems;
 pub(crate) use shaders::WaveShaderPlugin;
 pub use solver::SolverSettings;
 pub use state::*;
 pub use status::SolverCounters;
+pub use waves::{Coupling, Frame, Waves, frame, turned};
 
 use crate::{
     arena::{create_buffers, grow_buffers},
-    field::{DirectionField, Frequency},
+    field::{DirectionField, FieldTime, Frequency, PatternScalars, Vortex},
     surface::{SurfacePlugin, SurfaceSystems},
 };
-use bevy::{prelude::*, render::storage::ShaderBuffer};
+use bevy::{camera::CameraUpdateSystems, prelude::*, render::storage::ShaderBuffer};
 
 /// Solves waves for all entities with a [`DirectionField`].
 #[derive(Debug, Default, Clone, Copy)]
@@ -68,20 +77,28 @@ impl Plugin for WavePlugin {
             .init_resource::<patterns::PackedGraphs>()
             .init_resource::<pose::PackedRigs>()
             .init_resource::<patterns::Outbox>()
+            .init_resource::<patterns::Pace>()
             .init_resource::<SolverSettings>()
             .init_resource::<settings::ValidSettings>()
             .init_resource::<crate::diagnostics::QualityReport>()
             .init_resource::<crate::material::BufferGeneration>()
+            .register_type::<CreasePhase>()
             .register_type::<PatternState>()
             .register_type::<pose::PatternPose>()
             .register_type::<SolverSettings>()
+            .register_type::<Waves>()
+            .register_type::<Vortex>()
+            .register_type::<FieldTime>()
+            .register_type::<PatternScalars>()
             .register_required_components::<DirectionField, PatternState>()
             .register_required_components::<DirectionField, Frequency>()
             .add_observer(patterns::restart)
             .add_observer(patterns::remove_pattern);
         let update = (
             settings::check_settings,
-            patterns::update_patterns.run_if(patterns::renders),
+            patterns::update_patterns
+                .run_if(patterns::renders)
+                .after(CameraUpdateSystems),
             patterns::update_graphs.run_if(not(patterns::renders)),
             grow_buffers::<arena::Pool>.run_if(resource_exists::<Assets<ShaderBuffer>>),
         );

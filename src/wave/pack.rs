@@ -2,7 +2,7 @@
 
 use super::{
     arena::{PatternArena, Pool},
-    layout::{LevelRecord, PatternRecord},
+    layout::{FLAG_DISCS, LevelRecord, PatternRecord},
 };
 use crate::{error::PatternError, surface::SurfaceGraph};
 use bevy::math::{Vec3, Vec4};
@@ -22,6 +22,8 @@ pub(crate) struct PackedGraph {
     pub(crate) geometry: Range<u32>,
     pub(crate) vertices: u32,
     pub(crate) triangles: u32,
+    /// Vertices are drawn as discs.
+    pub(crate) cloud: bool,
     pub(crate) levels: Vec<PackedLevel>,
 }
 
@@ -33,13 +35,14 @@ pub(crate) struct PackedLevel {
     pub(crate) classes: Vec<u32>,
 }
 
-/// (position, area) and (normal, id) per vertex, with positions and normals that may be elsewhere than the graph's own; the
-/// id is the bits of the graph's first mesh vertex there.
-pub(crate) fn geometry(graph: &SurfaceGraph, positions: &[Vec3], normals: &[Vec3]) -> Vec<Vec4> {
+/// (position, area) and (normal, id) per vertex, then the half axes of discs where the graph has any, with positions,
+/// normals and axes that may be elsewhere than the graph's own; the id is the bits of the graph's first mesh vertex there.
+pub(crate) fn geometry(graph: &SurfaceGraph, positions: &[Vec3], normals: &[Vec3], discs: &[[Vec3; 2]]) -> Vec<Vec4> {
     let ids = graph.first_vertices();
     let vertices = positions.iter().zip(&graph.areas).zip(normals).zip(ids);
     vertices
         .flat_map(|(((p, &area), n), id)| [p.extend(area), n.extend(f32::from_bits(id))])
+        .chain(discs.iter().flatten().map(|axis| axis.extend(0.0)))
         .collect()
 }
 
@@ -73,7 +76,7 @@ impl PackedGraph {
             })
             .collect();
         let surface = arena.allocate(Pool::Surface, words.len() as u32)?;
-        let geometry = match arena.allocate(Pool::Geometry, 2 * graph.len() as u32) {
+        let geometry = match arena.allocate(Pool::Geometry, 2 * (graph.len() + graph.discs.len()) as u32) {
             Ok(range) => range,
             Err(error) => {
                 arena.free(Pool::Surface, surface);
@@ -99,6 +102,7 @@ impl PackedGraph {
             geometry,
             vertices: graph.len() as u32,
             triangles: graph.triangles.len() as u32,
+            cloud: graph.is_cloud(),
             levels,
         };
         packed.write_geometry(graph, arena);
@@ -110,7 +114,7 @@ impl PackedGraph {
         arena.write(
             Pool::Geometry,
             self.geometry.start,
-            &geometry(graph, &graph.positions, &graph.normals),
+            &geometry(graph, &graph.positions, &graph.normals, &graph.discs),
         );
     }
 
@@ -118,6 +122,17 @@ impl PackedGraph {
         arena.free(Pool::Surface, self.surface.clone());
         arena.free(Pool::Geometry, self.geometry.clone());
     }
+}
+
+/// What an entity's ranges have room for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Extent {
+    /// Number of waves.
+    pub(crate) waves: u32,
+    /// Positions that are not the graph's own.
+    pub(crate) own_geometry: bool,
+    /// The momentum of the local rule.
+    pub(crate) local: bool,
 }
 
 /// What one entity owns of the shared buffers.
@@ -128,23 +143,21 @@ pub(crate) struct PatternRanges {
     pub(crate) record: u32,
     /// Element of the wave buffer where directions begin.
     pub(crate) field: u32,
-    /// Element of the edge buffer where directions are laid down, and then edge constants begin.
-    pub(crate) edges: u32,
     /// Element of the geometry buffer of an entity with positions of its own.
     pub(crate) geometry: Option<u32>,
+    /// Word offset of a bit per vertex, once one was needed.
+    pins: Option<u32>,
 }
 
 impl PatternRanges {
-    /// Allocates an entity's ranges and makes its records. `own_geometry`: positions that are not the graph's own;
-    /// `local`: room for the momentum of the local rule.
+    /// Allocates an entity's ranges and makes its records.
     pub(crate) fn new(
         graph: &PackedGraph,
         arena: &mut PatternArena,
-        own_geometry: bool,
-        local: bool,
+        extent: Extent,
     ) -> Result<(Self, PatternRecord, Vec<LevelRecord>), PatternError> {
         let mut owned = Self::default();
-        let made = owned.allocate(graph, arena, own_geometry, local);
+        let made = owned.allocate(graph, arena, extent);
         match made {
             Ok((record, levels)) => Ok((owned, record, levels)),
             Err(error) => {
@@ -152,6 +165,17 @@ impl PatternRanges {
                 Err(error)
             }
         }
+    }
+
+    /// Writes a bit per vertex; where it is.
+    pub(crate) fn write_pins(&mut self, arena: &mut PatternArena, bits: &[u32]) -> Result<u32, PatternError> {
+        let base = match self.pins {
+            Some(base) => base,
+            None => self.take(arena, Pool::Surface, bits.len() as u32)?,
+        };
+        self.pins = Some(base);
+        arena.write(Pool::Surface, base, bits);
+        Ok(base)
     }
 
     /// A further range, which goes with the others.
@@ -165,15 +189,19 @@ impl PatternRanges {
         &mut self,
         graph: &PackedGraph,
         arena: &mut PatternArena,
-        own_geometry: bool,
-        local: bool,
+        extent: Extent,
     ) -> Result<(PatternRecord, Vec<LevelRecord>), PatternError> {
-        let nodes: u32 = graph.levels.iter().map(|level| level.record.nodes).sum();
+        let Extent {
+            waves,
+            own_geometry,
+            local,
+        } = extent;
+        let nodes: u32 = graph.levels.iter().map(|level| waves * level.record.nodes).sum();
         let edges: u32 = graph
             .levels
             .iter()
             .enumerate()
-            .map(|(n, level)| edge_len(n, level))
+            .map(|(n, level)| waves * edge_len(n, level))
             .sum();
         let partials = (2 * graph.vertices.div_ceil(ITEM)).max(graph.triangles.div_ceil(ITEM));
         self.record = self.take(
@@ -181,21 +209,22 @@ impl PatternRanges {
             Pool::Surface,
             RECORD_WORDS + LEVEL_WORDS * graph.levels.len() as u32,
         )?;
-        let momentum = if local { graph.vertices } else { 0 };
+        let momentum = if local { waves * graph.vertices } else { 0 };
         self.field = self.take(arena, Pool::Wave, 2 * graph.vertices + nodes + momentum)?;
-        // Vertices without an edge have a direction as well; the passes of `curvature.wgsl` lay most down here.
+        // The passes of a posed surface lay down more here, before there are edge constants.
         let laid_down = graph.levels[0].edges + 2 * graph.vertices + 1;
-        self.edges = self.take(arena, Pool::Edges, edges.max(laid_down))?;
-        let mut edge_base = self.edges;
+        let mut edge_base = self.take(arena, Pool::Edges, edges.max(laid_down))?;
         let state_base = self.take(arena, Pool::Balance, STATE_WORDS + partials + nodes)?;
         if own_geometry {
-            self.geometry = Some(self.take(arena, Pool::Geometry, 2 * graph.vertices)?);
+            let len = graph.geometry.end - graph.geometry.start;
+            self.geometry = Some(self.take(arena, Pool::Geometry, len)?);
         }
         let mut node_base = self.field + 2 * graph.vertices;
         let mut balance_base = state_base + STATE_WORDS + partials;
         let record = PatternRecord {
             vertices: graph.vertices,
             triangles: graph.triangles,
+            flags: if graph.cloud { FLAG_DISCS } else { 0 },
             levels: graph.levels.len() as u32,
             triangle_base: graph.surface.start,
             geometry_base: self.geometry.unwrap_or(graph.geometry.start),
@@ -205,7 +234,7 @@ impl PatternRanges {
             colors: graph.levels[0].record.colors,
             delta_base: node_base + nodes,
             state_base,
-            waves: 1,
+            waves,
             ratio: 1.0,
             ..PatternRecord::default()
         };
@@ -214,12 +243,12 @@ impl PatternRanges {
                 node_base,
                 edge_base,
                 balance_base,
-                waves: 1,
+                waves,
                 ..level.record
             };
-            node_base += record.nodes;
-            balance_base += record.nodes;
-            edge_base += edge_len(n, level);
+            node_base += waves * record.nodes;
+            balance_base += waves * record.nodes;
+            edge_base += waves * edge_len(n, level);
             record
         });
         Ok((record, levels.collect()))
@@ -232,7 +261,7 @@ impl PatternRanges {
     }
 }
 
-/// Elements of the edge buffer: one per edge of the mesh, two per coarse edge.
+/// Elements of the edge buffer for one wave: one per edge of the mesh, two per coarse edge.
 fn edge_len(index: usize, level: &PackedLevel) -> u32 {
     if index == 0 { level.edges } else { 2 * level.edges }
 }

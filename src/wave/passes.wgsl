@@ -7,13 +7,16 @@
 // E        w e^{i phase} of a directed edge, from its source j to its target i               [complex]
 // A, B     weights of a coarse edge: the target sees A y + B conj(y)                         [complex]
 // sigma    +1 or -1: a child turns by y or by conj(y)
+// swap     an edge's source, or a child's parent, is the other wave of a cross field
+// node     a vertex of a level; the waves of node n are numbers waves * n + r of every list of phasors, weights and
+//          balances. i, j, p, q are nodes, `own` and `source` such numbers.
 // item     (record, level, first node, end node): the work of one workgroup; in sums over the mesh the second is the
 //          number of the partial sum
 //
 // One dispatch serves the nodes of many entities; `items` says which. Nodes of one dispatch are never neighbours where
 // it matters (sweeps go colour class by colour class).
 
-#import bevy_field_patterns::layout::{RECORD_WORDS, LEVEL_WORDS, LevelRecord}
+#import bevy_field_patterns::layout::{FLAG_CROSS, RECORD_WORDS, LEVEL_WORDS, LevelRecord}
 #import bevy_field_patterns::kite::{cmul, reversed}
 
 const PLAIN: u32 = 0u;
@@ -44,9 +47,10 @@ struct Step {
     momentum: f32,
     // The local rule ends below this relative change of the energy; 0: never.
     epsilon: f32,
+    // 1: a V-cycle: phasors stay as they are while children are joined to their parents.
+    keep: u32,
     // Number of a step that is repeated.
     round: u32,
-    pad_b: u32,
     pad_c: u32,
 }
 
@@ -79,6 +83,16 @@ fn state_base(record: u32) -> u32 {
     return surface[record + 16u];
 }
 
+// How much wave r of a vertex is drawn to a crest (below 0: to a trough).
+fn pull_of(record: u32, r: u32, i: u32) -> f32 {
+    let pins = surface[record + 30u];
+    if pins == 0u || (r == 1u && (surface[record + 2u] & FLAG_CROSS) == 0u) {
+        return 0.0;
+    }
+    let pinned = ((surface[pins + i / 32u] >> (i % 32u)) & 1u) == 1u;
+    return select(0.0, bitcast<f32>(surface[record + 31u]), pinned);
+}
+
 // The item of this workgroup; an empty one behind the last.
 fn load_item(group: vec3<u32>) -> vec4<u32> {
     let n = group.y * step.row + group.x;
@@ -108,22 +122,40 @@ fn with_flip(e: vec2<f32>, flip: bool) -> vec2<f32> {
     return vec2(bitcast<f32>((bitcast<u32>(e.x) & 0xfffffffeu) | select(0u, 1u, flip)), e.y);
 }
 
+fn swap_of(e: vec2<f32>) -> u32 {
+    return bitcast<u32>(e.y) & 1u;
+}
+
+fn with_swap(e: vec2<f32>, swap: u32) -> vec2<f32> {
+    return vec2(e.x, bitcast<f32>((bitcast<u32>(e.y) & 0xfffffffeu) | swap));
+}
+
+// The wave of the source that wave r of the target sees over edge k.
+fn source_wave(level: LevelRecord, index: u32, k: u32, r: u32) -> u32 {
+    if level.waves == 1u {
+        return r;
+    }
+    let n = level.waves * k + r;
+    return r ^ swap_of(edges[level.edge_base + select(2u * n, n, index == 0u)]);
+}
+
 // What the target sees over edge constant `e` of the mesh.
 fn seen_fine(e: vec2<f32>, z: vec2<f32>) -> vec2<f32> {
     let seen = cmul(e, z);
     return select(seen, reversed(seen), flips(e));
 }
 
-// (A, B) of edge k.
-fn load_pair(level: LevelRecord, index: u32, k: u32) -> vec4<f32> {
+// (A, B) of edge k, as wave r of its target sees it.
+fn load_pair(level: LevelRecord, index: u32, k: u32, r: u32) -> vec4<f32> {
+    let n = level.waves * k + r;
     if index == 0u {
-        let e = edges[level.edge_base + k];
+        let e = edges[level.edge_base + n];
         if flips(e) {
             return vec4(0.0, 0.0, reversed(e));
         }
         return vec4(e, 0.0, 0.0);
     }
-    return vec4(edges[level.edge_base + 2u * k], edges[level.edge_base + 2u * k + 1u]);
+    return vec4(edges[level.edge_base + 2u * n], edges[level.edge_base + 2u * n + 1u]);
 }
 
 // Position of `value` in the ascending surface[first .. end]; end where it is missing.
@@ -165,12 +197,18 @@ fn relax(z: vec2<f32>, t: vec2<f32>, weight: f32, relaxation: u32, omega: f32, s
     return select(u, unit, dot(u, unit) < dot(z, unit));
 }
 
-fn sigma_of(level: LevelRecord, i: u32) -> f32 {
-    return select(1.0, -1.0, (bitcast<u32>(balance[level.balance_base + i]) & 0x80000000u) != 0u);
+fn sigma_of(level: LevelRecord, own: u32) -> f32 {
+    return select(1.0, -1.0, (bitcast<u32>(balance[level.balance_base + own]) & 0x80000000u) != 0u);
 }
 
-// Sets the sign bit of a node's balance, which carries sigma; the modulus stays.
-fn store_sigma(level: LevelRecord, i: u32, negative: bool) {
-    let bits = bitcast<u32>(balance[level.balance_base + i]) & 0x7fffffffu;
-    balance[level.balance_base + i] = bitcast<f32>(bits | select(0u, 0x80000000u, negative));
+fn parent_swap(level: LevelRecord, own: u32) -> u32 {
+    return bitcast<u32>(balance[level.balance_base + own]) & (level.waves - 1u);
+}
+
+// How a wave follows its parent is kept in the sign bit (sigma) and the lowest bit (swap) of its balance. On the mesh the
+// modulus stays; coarse levels need none.
+fn store_child(level: LevelRecord, index: u32, own: u32, negative: bool, swap: u32) {
+    var bits = select(0x3f800000u, bitcast<u32>(balance[level.balance_base + own]), index == 0u);
+    bits &= select(0x7fffffffu, 0x7ffffffeu, level.waves == 2u);
+    balance[level.balance_base + own] = bitcast<f32>(bits | select(0u, 0x80000000u, negative) | swap);
 }

@@ -6,7 +6,7 @@
 
 use super::{
     arena::Pool,
-    frame::{Frame, Step},
+    frame::{BufferCopy, Frame, Step},
     status::GpuStatus,
 };
 use bevy::prelude::*;
@@ -35,9 +35,12 @@ pub(super) struct Merged {
     pub(super) items: Vec<[u32; 4]>,
     pub(super) steps: Vec<Step>,
     pub(super) sweeps: u32,
+    pub(super) pattern_sweeps: u32,
     pub(super) staged: Vec<u8>,
     /// Ascending in `before`.
     pub(super) copies: Vec<StagedCopy>,
+    /// Copies of users' buffers, each before a step; ascending.
+    pub(super) taken: Vec<(usize, BufferCopy)>,
 }
 
 impl Pending {
@@ -92,9 +95,12 @@ impl Pending {
                     bytes: start..merged.staged.len() as u64,
                 });
             }
+            let before = merged.steps.len();
+            merged.taken.extend(frame.copies.into_iter().map(|copy| (before, copy)));
             let first = merged.items.len() as u32;
             merged.items.extend_from_slice(&frame.items);
             merged.sweeps += frame.sweeps;
+            merged.pattern_sweeps += frame.pattern_sweeps;
             merged.steps.extend(frame.steps.into_iter().map(|mut step| {
                 step.uniform.first_item += first;
                 step

@@ -74,30 +74,39 @@ pub(super) fn init_pipelines(
     let read_only = || storage_buffer_read_only_sized(false, None);
     let step = uniform_buffer_sized(true, NonZeroU64::new(size_of::<StepUniform>() as u64));
     let layouts = [("pattern_solver", read_only()), ("pattern_pose", storage())].map(|(label, geometry)| {
+        let entries = (
+            step,
+            read_only(),
+            read_only(),
+            geometry,
+            storage(),
+            storage(),
+            storage(),
+        );
         BindGroupLayoutDescriptor::new(
             label,
-            &BindGroupLayoutEntries::sequential(
-                ShaderStages::COMPUTE,
-                (
-                    step,
-                    read_only(),
-                    read_only(),
-                    geometry,
-                    storage(),
-                    storage(),
-                    storage(),
-                ),
-            ),
+            &BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, entries),
         )
     });
-    // The shaders import them by name.
+    // The shaders import it by name.
     commands.insert_resource(PassLibraries([
         load_embedded_asset!(&*assets, "passes.wgsl"),
-        load_embedded_asset!(&*assets, "tangent.wgsl"),
+        load_embedded_asset!(&*assets, "field/tangent.wgsl"),
+        load_embedded_asset!(&*assets, "field/parameters.wgsl"),
+        load_embedded_asset!(&*assets, "field/vortices.wgsl"),
+        load_embedded_asset!(&*assets, "field/tensor.wgsl"),
+        load_embedded_asset!(&*assets, "field/cross.wgsl"),
+        load_embedded_asset!(&*assets, "pose/deform.wgsl"),
     ]));
     let ids = Pass::ALL.map(|pass| {
         let shader = match pass {
-            Pass::ProjectAxis | Pass::TakeDirections => load_embedded_asset!(&*assets, "field.wgsl"),
+            Pass::SmoothConstrain
+            | Pass::SmoothRestrict
+            | Pass::SmoothStart
+            | Pass::SmoothProlong
+            | Pass::SmoothSweep => load_embedded_asset!(&*assets, "field/smooth.wgsl"),
+            Pass::Directions => load_embedded_asset!(&*assets, "field/directions.wgsl"),
+            Pass::Frequencies => load_embedded_asset!(&*assets, "field/frequencies.wgsl"),
             Pass::EdgeWeights => load_embedded_asset!(&*assets, "edges.wgsl"),
             Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
                 load_embedded_asset!(&*assets, "hierarchy.wgsl")
@@ -110,9 +119,8 @@ pub(super) fn init_pipelines(
             | Pass::BranchesTotal
             | Pass::Report => load_embedded_asset!(&*assets, "measure.wgsl"),
             Pass::PoseVertices | Pass::PoseNormals => load_embedded_asset!(&*assets, "pose/pose.wgsl"),
-            Pass::CarryDirections => load_embedded_asset!(&*assets, "pose/carry.wgsl"),
             Pass::Limit => load_embedded_asset!(&*assets, "pose/limit.wgsl"),
-            Pass::Deviators | Pass::Transports | Pass::SmoothLines | Pass::CurvatureDirections => {
+            Pass::Deviators | Pass::Transports | Pass::SmoothLines => {
                 load_embedded_asset!(&*assets, "pose/curvature.wgsl")
             }
         };
@@ -129,7 +137,7 @@ pub(super) fn init_pipelines(
 
 /// Keeps the shader libraries loaded.
 #[derive(Resource)]
-struct PassLibraries(#[expect(dead_code, reason = "holding the handles is its use")] [Handle<Shader>; 2]);
+struct PassLibraries(#[expect(dead_code, reason = "holding the handles is its use")] [Handle<Shader>; 7]);
 
 /// The first limit of the device that is below what the solver needs.
 fn missing_limit(device: &RenderDevice) -> Option<PatternError> {
@@ -165,15 +173,18 @@ fn missing_limit(device: &RenderDevice) -> Option<PatternError> {
 /// The name under which a pass's time is reported.
 pub(super) fn stage(pass: Pass) -> &'static str {
     match pass {
-        Pass::PoseVertices | Pass::PoseNormals => "pattern_pose",
-        Pass::ProjectAxis
-        | Pass::TakeDirections
-        | Pass::CarryDirections
+        Pass::Directions
+        | Pass::Frequencies
+        | Pass::SmoothConstrain
+        | Pass::SmoothRestrict
+        | Pass::SmoothStart
+        | Pass::SmoothProlong
+        | Pass::SmoothSweep
         | Pass::Deviators
         | Pass::Limit
         | Pass::Transports
-        | Pass::SmoothLines
-        | Pass::CurvatureDirections => "pattern_field",
+        | Pass::SmoothLines => "pattern_field",
+        Pass::PoseVertices | Pass::PoseNormals => "pattern_pose",
         Pass::EdgeWeights => "pattern_edges",
         Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
             "pattern_hierarchy"

@@ -2,10 +2,11 @@
 //!
 //! In: [`Work`]. Out: a [`Frame`]. The number of dispatches depends on levels, colours and sweeps, never on the number of entities.
 
+mod smooth;
+
 use super::{
-    frame::{Frame, Pass, ROW, Step, StepUniform},
+    frame::{BufferCopy, Frame, Pass, ROW, Step, StepUniform},
     pack::PackedGraph,
-    pose::Posed,
     settings::{ColdStart, SolverSettings},
 };
 use std::{ops::Range, sync::Arc};
@@ -44,23 +45,39 @@ impl Member {
     }
 }
 
+/// Sweeps over a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Sweeps {
+    pub(crate) soft: u32,
+    /// They come after the soft ones.
+    pub(crate) plain: u32,
+    /// The soft ones begin on unit phasors.
+    pub(crate) from_unit: bool,
+}
+
 /// Which entities take part in what, this frame.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
     /// The surface has moved.
-    pub(crate) posed: Vec<Posed>,
-    /// Directions are projected on the GPU.
-    pub(crate) axis: Vec<Member>,
-    /// Directions were uploaded.
-    pub(crate) given: Vec<Member>,
+    pub(crate) posed: Vec<Member>,
+    /// Principal curvature is that of a posed surface, with so many steps of smoothing.
+    pub(crate) curved: Vec<(Member, u32)>,
+    /// Fields are smoothed, with so many sweeps over the mesh.
+    pub(crate) smooth: Vec<(Member, u32)>,
+    /// Directions are evaluated.
+    pub(crate) directions: Vec<Member>,
+    /// Frequencies are evaluated.
+    pub(crate) frequencies: Vec<Member>,
+    /// Users' buffers that directions and frequencies come from.
+    pub(crate) copies: Vec<BufferCopy>,
     /// An input changed: edge constants are made anew.
     pub(crate) changed: Vec<Member>,
     /// Start from nothing.
     pub(crate) cold: Vec<Member>,
-    /// Follow a change.
-    pub(crate) warm: Vec<Member>,
-    /// Come to rest.
-    pub(crate) settling: Vec<Member>,
+    /// Go through a V-cycle.
+    pub(crate) cycling: Vec<Member>,
+    /// Sweep over the mesh, after all that.
+    pub(crate) sweeping: Vec<(Member, Sweeps)>,
     /// Everything that is drawn, for the report; empty: no report.
     pub(crate) reported: Vec<Member>,
 }
@@ -68,28 +85,36 @@ pub(crate) struct Work {
 impl Work {
     pub(crate) fn is_empty(&self) -> bool {
         self.posed.is_empty()
-            && self.axis.is_empty()
-            && self.given.is_empty()
+            && self.curved.is_empty()
+            && self.smooth.is_empty()
+            && self.directions.is_empty()
+            && self.frequencies.is_empty()
             && self.changed.is_empty()
             && self.cold.is_empty()
-            && self.warm.is_empty()
-            && self.settling.is_empty()
+            && self.cycling.is_empty()
+            && self.sweeping.is_empty()
             && self.reported.is_empty()
     }
 }
 
 /// The dispatches of a frame. `item`: nodes of one item of work, a multiple of 64.
 pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mut Frame) {
+    frame.copies.extend_from_slice(&work.copies);
     let mut planner = Planner { frame, settings, item };
     planner.pose(&work.posed);
-    planner.pass_over_vertices(Pass::ProjectAxis, &work.axis);
-    planner.pass_over_vertices(Pass::TakeDirections, &work.given);
+    planner.curvature(&work.curved);
+    planner.smooth(&work.smooth);
+    planner.pass_over_vertices(Pass::Directions, &work.directions);
+    planner.pass_over_vertices(Pass::Frequencies, &work.frequencies);
     planner.pass_over_vertices(Pass::EdgeWeights, &work.changed);
     match &settings.cold_start {
-        ColdStart::Hierarchy { level_sweeps } => planner.hierarchy(&work.cold, *level_sweeps),
+        ColdStart::Hierarchy { level_sweeps } => planner.hierarchy(&work.cold, *level_sweeps, false),
         ColdStart::Local(_) => planner.local(&work.cold),
+        // The plugin's settings never say so.
+        ColdStart::Merged(_) => {}
     }
-    planner.sweeps(work);
+    planner.hierarchy(&work.cycling, settings.warm_level_sweeps, true);
+    planner.sweeps(&work.sweeping);
     planner.report(&work.reported);
 }
 
@@ -173,17 +198,18 @@ impl Planner<'_> {
         }
     }
 
-    /// The Galerkin cold start.
-    fn hierarchy(&mut self, cold: &[Member], level_sweeps: u32) {
+    /// The Galerkin cold start, or a V-cycle, which will `keep` phasors as they are on the way up.
+    fn hierarchy(&mut self, members: &[Member], level_sweeps: u32, keep: bool) {
         let uniform = StepUniform {
             level_sweeps,
+            keep: keep.into(),
             omega: self.settings.omega,
             ..StepUniform::default()
         };
-        let depth = cold.iter().map(Member::first_small).max().unwrap_or(0);
+        let depth = members.iter().map(Member::first_small).max().unwrap_or(0);
         // Up, as far as levels are large.
         for level in 0..depth {
-            let large: Vec<&Member> = cold
+            let large: Vec<&Member> = members
                 .iter()
                 .filter(|member| level < member.first_small() && level + 1 < member.levels())
                 .collect();
@@ -202,7 +228,7 @@ impl Planner<'_> {
         }
         // The top: small levels by one workgroup, or a last level that is large since it has many components.
         let items = self.items(|planner| {
-            for member in cold.iter().filter(|member| member.first_small() < member.levels()) {
+            for member in members.iter().filter(|member| member.first_small() < member.levels()) {
                 planner
                     .frame
                     .items
@@ -211,7 +237,12 @@ impl Planner<'_> {
         });
         self.step(Pass::SolveSmall, &items, uniform);
         let items = self.items(|planner| {
-            for member in cold.iter().filter(|member| member.first_small() >= member.levels()) {
+            let above_mesh = |member: &&Member| !keep || member.levels() > 1;
+            for member in members
+                .iter()
+                .filter(|member| member.first_small() >= member.levels())
+                .filter(above_mesh)
+            {
                 let top = member.levels() - 1;
                 planner.push_items(member.record, top, 0, member.nodes(top));
             }
@@ -220,7 +251,8 @@ impl Planner<'_> {
         // Down again.
         for level in (0..depth).rev() {
             let large = || {
-                cold.iter()
+                members
+                    .iter()
                     .filter(move |member| level < member.first_small().min(member.levels()))
             };
             let items = self.items(|planner| {
@@ -296,40 +328,50 @@ impl Planner<'_> {
         })
     }
 
-    /// Soft sweeps of what starts and what follows, plain sweeps of what starts and what comes to rest.
-    fn sweeps(&mut self, work: &Work) {
-        let hierarchy = matches!(self.settings.cold_start, ColdStart::Hierarchy { .. });
-        let cold: &[Member] = if hierarchy { &work.cold } else { &[] };
-        let soft = if cold.is_empty() { 0 } else { self.settings.soft_sweeps };
-        let warm = if work.warm.is_empty() {
-            0
-        } else {
-            self.settings.warm_sweeps
-        };
-        // Those with fewer sweeps join for the last ones, so that all share dispatches.
-        let longest = soft.max(warm);
-        let mut classes: Option<((bool, bool), Vec<Range<u32>>)> = None;
-        for n in 0..longest {
-            let takes_part = (n + soft >= longest, n + warm >= longest);
-            if classes.as_ref().is_none_or(|(of, _)| *of != takes_part) {
-                let starting = cold.iter().take(if takes_part.0 { cold.len() } else { 0 });
-                let following = work.warm.iter().take(if takes_part.1 { work.warm.len() } else { 0 });
-                classes = Some((takes_part, self.class_items(starting.chain(following), 0)));
-            }
-            let Some((_, items)) = classes.take() else { continue };
-            // After unit phasors the first sweep is not over-relaxed: it would overshoot.
-            let first = !cold.is_empty() && n + soft == longest;
-            self.relax(
-                Pass::SweepFine,
-                &items,
-                SOFT,
-                if first { 1.0 } else { self.settings.omega },
-            );
-            classes = Some((takes_part, items));
+    /// Soft sweeps, then plain ones. Those with fewer sweeps join for the last ones, so that all share dispatches.
+    fn sweeps(&mut self, sweeping: &[(Member, Sweeps)]) {
+        for (member, sweeps) in sweeping {
+            self.frame.pattern_sweeps += sweeps.soft + sweeps.plain;
+            self.frame.node_sweeps += u64::from(sweeps.soft + sweeps.plain) * u64::from(member.graph.vertices);
         }
-        let items = self.class_items(cold.iter().chain(&work.settling), 0);
-        for _ in 0..self.settings.plain_sweeps {
-            self.relax(Pass::SweepFine, &items, PLAIN, 1.0);
+        let omega = self.settings.omega;
+        self.joining(
+            sweeping,
+            |sweeps| sweeps.soft,
+            |planner, items, first| {
+                // After unit phasors the first sweep is not over-relaxed: it would overshoot.
+                planner.relax(Pass::SweepFine, items, SOFT, if first { 1.0 } else { omega });
+            },
+        );
+        self.joining(
+            sweeping,
+            |sweeps| sweeps.plain,
+            |planner, items, _| {
+                planner.relax(Pass::SweepFine, items, PLAIN, 1.0);
+            },
+        );
+    }
+
+    /// Calls `sweep` as often as the largest `count`, with the classes of those that take part, and whether one of them
+    /// begins on unit phasors.
+    fn joining(
+        &mut self,
+        sweeping: &[(Member, Sweeps)],
+        count: impl Fn(&Sweeps) -> u32,
+        sweep: impl Fn(&mut Self, &[Range<u32>], bool),
+    ) {
+        let longest = sweeping.iter().map(|(_, sweeps)| count(sweeps)).max().unwrap_or(0);
+        let (mut taking_part, mut classes) = (0, Vec::new());
+        for n in 0..longest {
+            let takes_part = |sweeps: &Sweeps| n + count(sweeps) >= longest;
+            let now = || sweeping.iter().filter(|(_, sweeps)| takes_part(sweeps));
+            // Nobody leaves before the end.
+            if now().count() != taking_part {
+                taking_part = now().count();
+                classes = self.class_items(now().map(|(member, _)| member), 0);
+            }
+            let first = now().any(|(_, sweeps)| sweeps.from_unit && n + count(sweeps) == longest);
+            sweep(self, &classes, first);
         }
     }
 

@@ -4,12 +4,13 @@
 //! al. 2018 as a weighted mean, the branches, and how far direction and spacing of the stripes are from what was asked.
 //! Everything is computed in f64, on the CPU.
 //!
-//! A triangle is judged in its own frame: its corners' directions are turned to the side of the first one's, and the
-//! phases with them (Φ → π - Φ). Around it the phase advances by σ_k = Ω_k + wrap(Φ_{k+1} - Φ_k - Ω_k) per side, where Ω
+//! A triangle is judged in its own frame: its corners' directions are turned to the side of the first one's (on a cross
+//! field by quarter turns), and the phases with them (Φ → π - Φ). Around it the phase advances by σ_k = Ω_k + wrap(Φ_{k+1} - Φ_k - Ω_k) per side, where Ω
 //! is the advance that d and f ask for; Σ σ / 2π is its winding. The wave's gradient on the triangle is that of the σ_k,
 //! less a third of their sum.
 
-use crate::{field::Symmetry, surface::SurfaceGraph};
+use super::waves::{Coupling, Frame, frame, turned};
+use crate::surface::SurfaceGraph;
 use bevy::{
     math::{DVec2, DVec3},
     prelude::*,
@@ -17,15 +18,15 @@ use bevy::{
 use std::f64::consts::TAU;
 
 /// The figures by which waves are compared. Triangles without an area are left out everywhere, odd ones from all other
-/// figures of triangles; branches count.
+/// figures of triangles; branches count. Of two waves, means are over both.
 #[derive(Reflect, Debug, Clone, Copy, PartialEq, Default)]
 #[reflect(Default)]
 pub struct Quality {
     /// Weighted mean over the edges of 1 - cos(residual phase): 0 perfect, 1 random, 2 at worst.
     pub energy: f64,
-    /// Triangles around which the phase winds: a stripe begins or ends there.
+    /// Triangles around which the phase winds: a stripe begins or ends there. Counted for each wave.
     pub branches: usize,
-    /// Triangles whose directions cannot be oriented: singularities of the line field itself. 0 for vectors.
+    /// Triangles whose directions cannot be oriented: singularities of the line or cross field itself. 0 for vectors.
     pub odd_triangles: usize,
     /// Share of the area, 0 to 1, on which the wave's gradient is more than 5 degrees off the direction.
     pub angle_over_5deg: f64,
@@ -39,7 +40,8 @@ pub struct Quality {
 }
 
 /// Judges a wave. All slices have one entry per vertex of `graph`, in solver order: unit `directions` (used as given),
-/// `frequencies` in stripes per unit length, `phasors` of any modulus (zero counts as phase 0).
+/// `frequencies` in stripes per unit length, `phasors` of any modulus (zero counts as phase 0), those of two waves side by
+/// side.
 ///
 /// # Panics
 /// Where a slice is shorter than the graph.
@@ -48,29 +50,34 @@ pub fn quality(
     directions: &[Vec3],
     frequencies: &[f32],
     phasors: &[Vec2],
-    symmetry: Symmetry,
+    coupling: impl Into<Coupling>,
 ) -> Quality {
-    let wave = Wave {
+    let coupling = coupling.into();
+    let waves = Judge {
         positions: &graph.positions,
-        directions,
+        frames: (0..graph.len())
+            .map(|v| frame(directions[v], graph.normals[v]))
+            .collect(),
         frequencies,
         phasors: phasors.iter().map(|z| unit(z.as_dvec2())).collect(),
-        symmetry,
+        coupling,
     };
     let mut quality = Quality {
-        energy: wave.energy(graph),
+        energy: waves.energy(graph),
         ..default()
     };
     let mut angles = Vec::new();
     let mut spacings = Vec::new();
     for &triangle in &graph.triangles {
-        match wave.judge(triangle) {
+        match waves.judge(triangle) {
             Verdict::Degenerate => {}
             Verdict::Odd => quality.odd_triangles += 1,
-            Verdict::Even(figures) => {
-                quality.branches += usize::from(figures.branch);
-                angles.push((figures.angle, figures.area));
-                spacings.extend(figures.spacing.map(|spacing| (spacing, figures.area)));
+            Verdict::Even(waves) => {
+                for figures in waves {
+                    quality.branches += usize::from(figures.branch);
+                    angles.push((figures.angle, figures.area));
+                    spacings.extend(figures.spacing.map(|spacing| (spacing, figures.area)));
+                }
             }
         }
     }
@@ -91,12 +98,12 @@ pub fn quality(
 }
 
 /// What is judged; phasors are of modulus 1.
-struct Wave<'a> {
+struct Judge<'a> {
     positions: &'a [Vec3],
-    directions: &'a [Vec3],
+    frames: Vec<Frame>,
     frequencies: &'a [f32],
     phasors: Vec<DVec2>,
-    symmetry: Symmetry,
+    coupling: Coupling,
 }
 
 enum Verdict {
@@ -104,7 +111,8 @@ enum Verdict {
     Degenerate,
     /// Not orientable.
     Odd,
-    Even(Figures),
+    /// One judgement per wave.
+    Even(Vec<Figures>),
 }
 
 struct Figures {
@@ -116,28 +124,40 @@ struct Figures {
     area: f64,
 }
 
-impl Wave<'_> {
-    /// The advance of the phase from vertex j with direction d_j to vertex i with d_i, oriented alike, in radians.
-    fn advance(&self, j: usize, d_j: DVec3, i: usize, d_i: DVec3) -> f64 {
-        let frequency = 0.5 * (f64::from(self.frequencies[i]) + f64::from(self.frequencies[j]));
-        let edge = self.position(i) - self.position(j);
-        TAU * frequency * aligned_distance(edge, d_j, d_i)
+/// A wave at a vertex, turned to the side of another vertex.
+#[derive(Clone, Copy)]
+struct Sided {
+    vertex: usize,
+    direction: DVec3,
+    phasor: DVec2,
+}
+
+impl Judge<'_> {
+    fn waves(&self) -> usize {
+        self.coupling.waves.count()
     }
 
-    fn position(&self, i: usize) -> DVec3 {
-        self.positions[i].as_dvec3()
+    /// The advance of the phase of wave `r` from vertex j with direction d_j to vertex i with d_i, oriented alike, in
+    /// radians.
+    fn advance(&self, r: usize, j: usize, d_j: DVec3, i: usize, d_i: DVec3) -> f64 {
+        let edge = self.positions[i].as_dvec3() - self.positions[j].as_dvec3();
+        TAU * 0.5 * (self.frequency(i, r) + self.frequency(j, r)) * aligned_distance(edge, d_j, d_i)
     }
 
-    fn direction(&self, i: usize) -> DVec3 {
-        self.directions[i].as_dvec3()
+    fn frequency(&self, i: usize, r: usize) -> f64 {
+        let ratio = if r == 0 { 1.0 } else { self.coupling.waves.ratio() };
+        f64::from(ratio) * f64::from(self.frequencies[i])
     }
 
-    /// -1 where the two directions point against each other on a line field.
-    fn sign(&self, d_i: DVec3, d_j: DVec3) -> f64 {
-        if self.symmetry == Symmetry::Line && d_i.dot(d_j) < 0.0 {
-            -1.0
-        } else {
-            1.0
+    /// Wave `r` of vertex `i` after `k` quarter turns.
+    fn sided(&self, i: usize, r: usize, k: u32) -> Sided {
+        let (m, flip) = turned(k, r);
+        let s = if flip { -1.0 } else { 1.0 };
+        let z = self.phasors[self.waves() * i + m];
+        Sided {
+            vertex: i,
+            direction: s * self.frames[i][m].as_dvec3(),
+            phasor: DVec2::new(s * z.x, z.y),
         }
     }
 
@@ -150,14 +170,16 @@ impl Wave<'_> {
                 .map(|k| level.neighbors[k] as usize)
                 .take_while(|&j| j < i)
             {
-                let (d_i, d_j) = (self.direction(i), self.direction(j));
-                let s = self.sign(d_i, d_j);
-                let weight = (s * d_i.dot(d_j)).max(0.0);
-                let seen = DVec2::from_angle(self.advance(j, d_j, i, s * d_i)).rotate(self.phasors[j]);
-                let target = DVec2::new(s * seen.x, seen.y);
-                // (1 - cos r) without the cancellation.
-                energy += weight * 0.5 * self.phasors[i].distance_squared(target);
-                weights += weight;
+                let turns = self.coupling.quarter_turns(self.frames[j], self.frames[i]);
+                for r in 0..self.waves() {
+                    let (target, source) = (self.sided(i, r, 0), self.sided(j, r, turns));
+                    let weight = target.direction.dot(source.direction).max(0.0);
+                    let advance = self.advance(r, j, source.direction, i, target.direction);
+                    let seen = DVec2::from_angle(advance).rotate(source.phasor);
+                    // (1 - cos r) without the cancellation.
+                    energy += weight * 0.5 * target.phasor.distance_squared(seen);
+                    weights += weight;
+                }
             }
         }
         if weights > 0.0 { energy / weights } else { 0.0 }
@@ -165,28 +187,28 @@ impl Wave<'_> {
 
     fn judge(&self, triangle: [u32; 3]) -> Verdict {
         let v = triangle.map(|v| v as usize);
-        let p = v.map(|v| self.position(v));
-        let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
-        let area = 0.5 * e1.cross(e2).length();
+        let p = v.map(|v| self.positions[v].as_dvec3());
+        let area = 0.5 * (p[1] - p[0]).cross(p[2] - p[0]).length();
         if area <= 0.0 {
             return Verdict::Degenerate;
         }
-        let normal = e1.cross(e2) / (2.0 * area);
-
-        let given = v.map(|v| self.direction(v));
-        let signs = [1.0, self.sign(given[0], given[1]), self.sign(given[0], given[2])];
-        if signs[1] * signs[2] * self.sign(given[1], given[2]) < 0.0 {
+        let turns = |j: usize, i: usize| self.coupling.quarter_turns(self.frames[v[j]], self.frames[v[i]]);
+        let around = [0, turns(1, 0), turns(2, 0)];
+        if !(around[1] + turns(2, 1) + 4 - around[2]).is_multiple_of(4) {
             return Verdict::Odd;
         }
-        let d: [DVec3; 3] = std::array::from_fn(|k| signs[k] * given[k]);
-        let phase: [f64; 3] = std::array::from_fn(|k| {
-            let z = self.phasors[v[k]];
-            (z.y).atan2(signs[k] * z.x)
-        });
+        let figures = |r| self.figures(r, p, std::array::from_fn(|c| self.sided(v[c], r, around[c])), area);
+        Verdict::Even((0..self.waves()).map(figures).collect())
+    }
+
+    /// Judges wave `r` by its `corners`, which point alike.
+    fn figures(&self, r: usize, p: [DVec3; 3], corners: [Sided; 3], area: f64) -> Figures {
+        let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
+        let normal = e1.cross(e2) / (2.0 * area);
         let side = |k: usize| {
-            let l = (k + 1) % 3;
-            let asked = self.advance(v[k], d[k], v[l], d[l]);
-            asked + wrap(phase[l] - phase[k] - asked)
+            let (from, to) = (corners[k], corners[(k + 1) % 3]);
+            let asked = self.advance(r, from.vertex, from.direction, to.vertex, to.direction);
+            asked + wrap(to.phasor.to_angle() - from.phasor.to_angle() - asked)
         };
         let sides = [side(0), side(1), side(2)];
         let defect: f64 = sides.iter().sum();
@@ -194,9 +216,14 @@ impl Wave<'_> {
         // Linear with these differences along e1 and e2.
         let (along_e1, along_e2) = (sides[0] - defect / 3.0, defect / 3.0 - sides[2]);
         let gradient = (along_e1 * e2.cross(normal) + along_e2 * normal.cross(e1)) / (2.0 * area);
-        let direction = (d[0] + d[1] + d[2]).reject_from_normalized(normal);
-        let frequency = v.iter().map(|&v| f64::from(self.frequencies[v])).sum::<f64>() / 3.0;
-        Verdict::Even(Figures {
+        let direction = corners.map(|corner| corner.direction).iter().sum::<DVec3>();
+        let direction = direction.reject_from_normalized(normal);
+        let frequency = corners
+            .map(|corner| self.frequency(corner.vertex, r))
+            .iter()
+            .sum::<f64>()
+            / 3.0;
+        Figures {
             branch: (defect / TAU).round() != 0.0,
             angle: gradient
                 .cross(direction)
@@ -205,7 +232,7 @@ impl Wave<'_> {
                 .to_degrees(),
             spacing: (frequency > 0.0).then(|| (gradient.length() / (TAU * frequency) - 1.0).abs()),
             area,
-        })
+        }
     }
 }
 

@@ -5,7 +5,7 @@
 use super::{
     arena::Pool,
     frame::{Pass, StepUniform},
-    patterns::Outbox,
+    patterns::{BufferWatch, Outbox, watch_buffers},
     pending::{Merged, Pending},
     pipelines::{Pipelines, init_pipelines, stage},
     status::{GpuStatus, SolverCounters},
@@ -43,12 +43,24 @@ struct Prepared {
 /// Bytes from one step's uniform to the next: WebGPU's largest alignment of a dynamic offset.
 const STEP_STRIDE: usize = 256;
 
+/// Where patterns are solved: in Bevy's `RenderGraph` schedule, before any camera draws. A pass of your own that writes a
+/// [`FieldBuffer`](crate::field::FieldBuffer) comes before it:
+/// `my_pass.in_set(RenderGraphSystems::Render).before(PatternRenderSystems)`.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct PatternRenderSystems;
+
 pub(crate) fn build(app: &mut App) {
     embedded_asset!(app, "passes.wgsl");
-    embedded_asset!(app, "tangent.wgsl");
-    embedded_asset!(app, "field.wgsl");
+    embedded_asset!(app, "field/tangent.wgsl");
+    embedded_asset!(app, "field/parameters.wgsl");
+    embedded_asset!(app, "field/vortices.wgsl");
+    embedded_asset!(app, "field/tensor.wgsl");
+    embedded_asset!(app, "field/cross.wgsl");
+    embedded_asset!(app, "field/smooth.wgsl");
+    embedded_asset!(app, "field/directions.wgsl");
+    embedded_asset!(app, "field/frequencies.wgsl");
+    embedded_asset!(app, "pose/deform.wgsl");
     embedded_asset!(app, "pose/pose.wgsl");
-    embedded_asset!(app, "pose/carry.wgsl");
     embedded_asset!(app, "pose/limit.wgsl");
     embedded_asset!(app, "pose/curvature.wgsl");
     embedded_asset!(app, "edges.wgsl");
@@ -58,23 +70,31 @@ pub(crate) fn build(app: &mut App) {
     let status = GpuStatus::default();
     status.set_absent(app.get_sub_app(RenderApp).is_none());
     let counters = SolverCounters::default();
-    app.insert_resource(status.clone()).insert_resource(counters.clone());
+    let watch = BufferWatch::default();
+    app.insert_resource(status.clone())
+        .insert_resource(counters.clone())
+        .insert_resource(watch.clone());
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
         return;
     };
     render_app
         .insert_resource(status)
         .insert_resource(counters)
+        .insert_resource(watch)
         .init_resource::<Pending>()
         .init_resource::<Prepared>()
         .add_systems(RenderStartup, init_pipelines)
         .add_systems(ExtractSchedule, extract)
-        .add_systems(Render, prepare.in_set(RenderSystems::PrepareBindGroups))
+        .add_systems(
+            Render,
+            (watch_buffers, prepare).in_set(RenderSystems::PrepareBindGroups),
+        )
         .add_systems(
             RenderGraph,
             (solve, report)
                 .chain()
                 .in_set(RenderGraphSystems::Render)
+                .in_set(PatternRenderSystems)
                 .before(camera_driver),
         );
 }
@@ -182,11 +202,17 @@ fn solve(
     cache: Res<PipelineCache>,
     device: Res<RenderDevice>,
     counters: Res<SolverCounters>,
+    buffers: Res<RenderAssets<GpuShaderBuffer>>,
 ) {
     let Merged {
-        steps, sweeps, copies, ..
+        steps,
+        sweeps,
+        pattern_sweeps,
+        copies,
+        taken,
+        ..
     } = &prepared.work;
-    counters.set(steps.len() as u32, *sweeps);
+    counters.set(steps.len() as u32, *sweeps, *pattern_sweeps);
     let (Some(pipelines), Some(bind_groups)) = (pipelines, &prepared.bind_groups) else {
         return;
     };
@@ -195,6 +221,7 @@ fn solve(
     let stride = (STEP_STRIDE as u32).max(device.limits().min_uniform_buffer_offset_alignment);
     let encoder = context.command_encoder();
     let mut copies = copies.iter().peekable();
+    let mut taken = taken.iter().peekable();
     let mut first = 0;
     loop {
         while let Some(copy) = copies.next_if(|copy| copy.before == first) {
@@ -203,11 +230,22 @@ fn solve(
                 encoder.copy_buffer_to_buffer(staging, copy.bytes.start, &shared[copy.pool as usize], copy.offset, len);
             }
         }
+        while let Some((_, copy)) = taken.next_if(|(before, _)| *before == first) {
+            let shared = buffers.get(&copy.pool.handle());
+            // The main world has looked at it a frame ago.
+            let unchanged = |user: &&GpuShaderBuffer| {
+                user.buffer.size() == copy.bytes && user.buffer.usage().contains(BufferUsages::COPY_SRC)
+            };
+            if let (Some(user), Some(shared)) = (buffers.get(copy.buffer).filter(unchanged), shared) {
+                encoder.copy_buffer_to_buffer(&user.buffer, 0, &shared.buffer, copy.offset, copy.bytes);
+            }
+        }
         if first == steps.len() {
             break;
         }
         let stage = stage(steps[first].pass);
         let end = copies.peek().map_or(steps.len(), |copy| copy.before);
+        let end = taken.peek().map_or(end, |(before, _)| end.min(*before));
         let len = steps[first..end]
             .iter()
             .take_while(|step| self::stage(step.pass) == stage)

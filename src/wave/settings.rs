@@ -22,11 +22,24 @@ pub struct SolverSettings {
     /// Soft sweeps per frame while an input changes, 1..=[`MAX_SWEEPS`](Self::MAX_SWEEPS). Default 3; 1 follows slowly, 10
     /// is nearly converged.
     pub warm_sweeps: u32,
+    /// Sweeps on each coarse level before the soft sweeps of a changed input: a V-cycle, 0..=[`MAX_SWEEPS`](Self::MAX_SWEEPS).
+    /// It moves whole stretches of the pattern at once, smoothly: less energy, above all while frequencies change, for more
+    /// motion. Default 0: none; 1 or 2 are enough.
+    pub warm_level_sweeps: u32,
     /// Over-relaxation ω of soft sweeps and of the hierarchy's levels, 0.1..=1.95; below 1 it is under-relaxation. Default
     /// 1.6.
     pub omega: f32,
     /// Exponent p of z ← z |z|^(p-1) in soft sweeps, 0..=1: 0 keeps unit phasors, 1 is linear. Default 0.9.
     pub softness: f32,
+    /// At most so many sweeps in a frame, 1 or more, a sweep of each of two patterns counting as two. What is left is done in
+    /// the next frames: first what is seen, but nothing waits for ever. A cold start, which begins with the hierarchy, counts
+    /// as `4 + level_sweeps` besides its sweeps, a change of inputs as one; the first pattern of a frame is served however
+    /// much it counts. Default `None`: all is done at once.
+    pub max_sweeps_per_frame: Option<u32>,
+    /// At most so many milliseconds of the GPU in a frame, above 0, by an estimate: sweeps take as long as they did in earlier
+    /// frames, where Bevy's `RenderDiagnosticsPlugin` measures that, or else as long as on a slow GPU. Otherwise as
+    /// [`max_sweeps_per_frame`](Self::max_sweeps_per_frame). Default `None`.
+    pub max_milliseconds: Option<f32>,
 }
 
 /// How a pattern starts when nothing is known.
@@ -41,6 +54,28 @@ pub enum ColdStart {
     /// The local rule as Lichtenberg et al. 2018 print it (section 3.3): random phases from a hash of the vertex id,
     /// then coloured sweeps with momentum. Slow to find long waves; selectable for comparison.
     Local(LocalRule),
+    /// The same rule on ever finer surfaces of merged vertices, as the paper's section 3.4 has it. Between the other two in
+    /// quality; only good where field and frequency are smooth; for comparison. Only [`solve_cpu`](super::solver::solve_cpu)
+    /// has it: the plugin says so in the log, and starts by the default.
+    Merged(MergedRule),
+}
+
+/// Parameters of [`ColdStart::Merged`].
+#[derive(Reflect, Debug, Clone, PartialEq)]
+pub struct MergedRule {
+    /// At most so many surfaces above the mesh, each with about half the vertices of the one before; 0..=32, default 10.
+    pub levels: u32,
+    /// The rule on each surface; it ends on each for itself.
+    pub local: LocalRule,
+}
+
+impl Default for MergedRule {
+    fn default() -> Self {
+        Self {
+            levels: 10,
+            local: LocalRule::default(),
+        }
+    }
 }
 
 /// Parameters of [`ColdStart::Local`].
@@ -80,8 +115,11 @@ impl Default for SolverSettings {
             soft_sweeps: 10,
             plain_sweeps: 4,
             warm_sweeps: 3,
+            warm_level_sweeps: 0,
             omega: 1.6,
             softness: 0.9,
+            max_sweeps_per_frame: None,
+            max_milliseconds: None,
         }
     }
 }
@@ -112,6 +150,7 @@ impl SolverSettings {
             sweeps("SolverSettings::soft_sweeps", &mut self.soft_sweeps, 0),
             sweeps("SolverSettings::plain_sweeps", &mut self.plain_sweeps, 0),
             sweeps("SolverSettings::warm_sweeps", &mut self.warm_sweeps, 1),
+            sweeps("SolverSettings::warm_level_sweeps", &mut self.warm_level_sweeps, 0),
             real(
                 "SolverSettings::omega",
                 &mut self.omega,
@@ -127,8 +166,30 @@ impl SolverSettings {
                 "0..=1",
             ),
             self.cold_start.put_right(),
+            self.put_budget_right(),
         ];
         errors.iter_mut().find_map(Option::take)
+    }
+}
+
+impl SolverSettings {
+    /// Sweeps are at least 1; what is no time is no limit.
+    fn put_budget_right(&mut self) -> Option<PatternError> {
+        if self.max_sweeps_per_frame == Some(0) {
+            self.max_sweeps_per_frame = Some(1);
+            return Some(PatternError::OutOfRange {
+                what: "SolverSettings::max_sweeps_per_frame",
+                value: 0.0,
+                expected: "1 or more",
+            });
+        }
+        let wrong = self.max_milliseconds.filter(|&ms| !(ms > 0.0 && ms.is_finite()))?;
+        self.max_milliseconds = None;
+        Some(PatternError::OutOfRange {
+            what: "SolverSettings::max_milliseconds",
+            value: wrong,
+            expected: "above 0",
+        })
     }
 }
 
@@ -136,28 +197,43 @@ impl ColdStart {
     fn put_right(&mut self) -> Option<PatternError> {
         match self {
             Self::Hierarchy { level_sweeps } => sweeps("ColdStart::Hierarchy::level_sweeps", level_sweeps, 0),
-            Self::Local(rule) => {
-                let default = LocalRule::default();
-                let mut errors = [
-                    sweeps("LocalRule::max_sweeps", &mut rule.max_sweeps, 1),
-                    real(
-                        "LocalRule::momentum",
-                        &mut rule.momentum,
-                        default.momentum,
-                        (0.0, 1.0),
-                        "0..=1",
-                    ),
-                    real(
-                        "LocalRule::epsilon",
-                        &mut rule.epsilon,
-                        default.epsilon,
-                        (0.0, 1.0),
-                        "0..=1",
-                    ),
-                ];
-                errors.iter_mut().find_map(Option::take)
+            Self::Local(rule) => rule.put_right(),
+            Self::Merged(rule) => {
+                let given = rule.levels;
+                rule.levels = given.min(32);
+                let levels = (rule.levels != given).then_some(PatternError::OutOfRange {
+                    what: "MergedRule::levels",
+                    value: given as f32,
+                    expected: "0..=32",
+                });
+                let local = rule.local.put_right();
+                levels.or(local)
             }
         }
+    }
+}
+
+impl LocalRule {
+    fn put_right(&mut self) -> Option<PatternError> {
+        let default = Self::default();
+        let mut errors = [
+            sweeps("LocalRule::max_sweeps", &mut self.max_sweeps, 1),
+            real(
+                "LocalRule::momentum",
+                &mut self.momentum,
+                default.momentum,
+                (0.0, 1.0),
+                "0..=1",
+            ),
+            real(
+                "LocalRule::epsilon",
+                &mut self.epsilon,
+                default.epsilon,
+                (0.0, 1.0),
+                "0..=1",
+            ),
+        ];
+        errors.iter_mut().find_map(Option::take)
     }
 }
 
@@ -209,7 +285,11 @@ pub(crate) fn check_settings(
         return;
     };
     valid.0 = given.valid();
-    let wrong = given.check().err().map(|error| error.to_string()).unwrap_or_default();
+    let mut wrong = given.check().err().map(|error| error.to_string()).unwrap_or_default();
+    if matches!(given.cold_start, ColdStart::Merged(_)) {
+        valid.0.cold_start = ColdStart::default();
+        wrong = "ColdStart::Merged is for solve_cpu; the GPU has no surfaces of merged vertices".into();
+    }
     if !wrong.is_empty() && wrong != *said {
         error!("{wrong}; the nearest valid value, or the default, is used instead");
     }

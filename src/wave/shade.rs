@@ -10,7 +10,7 @@
 
 use super::{
     kite::{aligned_distance, cmul, phasor, reversed},
-    layout::{FLAG_READY, FLAG_VECTOR, PatternRecord},
+    layout::{FLAG_DISCS, FLAG_READY, FLAG_VECTOR, PatternRecord},
 };
 use crate::field::Symmetry;
 use bevy::math::{Mat3, Vec2, Vec3, Vec4};
@@ -19,7 +19,7 @@ use std::f32::consts::TAU;
 /// Guards divisions; far below anything that can be seen.
 const TINY: f32 = 1e-37;
 /// Barycentrics of an odd triangle are kept above this, so that its edge weights never vanish together at a corner.
-const MIN_EDGE_WEIGHT: f32 = 1e-9;
+pub(super) const MIN_EDGE_WEIGHT: f32 = 1e-9;
 
 /// The three corners of a triangle and what is known at them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,9 +84,11 @@ impl PatternMemory<'_> {
             })
     }
 
-    /// The corners of a triangle; `None` if the record has no such triangle or points outside of the buffers.
-    pub fn corners(&self, record: &PatternRecord, triangle: u32) -> Option<Corners> {
-        if triangle >= record.triangles {
+    /// What is known of a wave (0 or 1) at the corners of a triangle; `None` if the record has no such triangle or wave, or
+    /// points outside of the buffers.
+    pub fn corners(&self, record: &PatternRecord, triangle: u32, wave: u32) -> Option<Corners> {
+        let waves = record.waves.max(1);
+        if triangle >= record.triangles || wave >= waves {
             return None;
         }
         let start = (record.triangle_base + 3 * triangle) as usize;
@@ -98,22 +100,45 @@ impl PatternMemory<'_> {
             z: [Vec2::ZERO; 3],
         };
         for (m, &vertex) in vertices.iter().enumerate() {
-            corners.position[m] = self
-                .geometry
-                .get((record.geometry_base + 2 * vertex) as usize)?
-                .truncate();
+            let geometry = |n: u32| self.geometry.get((record.geometry_base + 2 * vertex + n) as usize);
+            corners.position[m] = geometry(0)?.truncate();
             let xy = self.wave.get((record.field_base + 2 * vertex) as usize)?;
             let zf = self.wave.get((record.field_base + 2 * vertex + 1) as usize)?;
             corners.direction[m] = Vec3::new(xy.x, xy.y, zf.x);
             corners.frequency[m] = zf.y;
-            corners.z[m] = *self.wave.get((record.phasor_base + vertex) as usize)?;
+            corners.z[m] = *self.wave.get((record.phasor_base + waves * vertex + wave) as usize)?;
+            if wave == 1 {
+                corners.direction[m] = geometry(1)?.truncate().cross(corners.direction[m]);
+                corners.frequency[m] *= record.ratio;
+            }
+        }
+        if record.flags & FLAG_DISCS != 0 {
+            let axes = (record.geometry_base + 2 * record.vertices + 2 * vertices[0]) as usize;
+            let [x, y] = self.geometry.get(axes..axes + 2)? else {
+                return None;
+            };
+            spread_disc(&mut corners, triangle, x.truncate(), y.truncate());
         }
         Some(corners)
     }
 }
 
+/// Moves corners that are all at the vertex of a disc to those of the disc's `triangle`, and their phases with them: on a
+/// disc the wave is plane.
+fn spread_disc(corners: &mut Corners, triangle: u32, x: Vec3, y: Vec3) {
+    let offsets = match triangle % 2 {
+        0 => [-x - y, x - y, x + y],
+        _ => [-x - y, x + y, y - x],
+    };
+    for (m, offset) in offsets.into_iter().enumerate() {
+        corners.position[m] += offset;
+        let turns = corners.frequency[m] * offset.dot(corners.direction[m]);
+        corners.z[m] = cmul(corners.z[m], phasor(turns));
+    }
+}
+
 /// The wave of the pattern at `tag`, in its `triangle`, at barycentrics that sum to 1. Not `defined` where there is no
-/// such pattern.
+/// such pattern. Of a pattern with two waves see [`sample_pair`](super::shade_pair::sample_pair).
 pub fn sample_wave(memory: &PatternMemory, tag: u32, triangle: u32, barycentrics: Vec3) -> Wave {
     let record = memory.record(tag);
     if tag == 0 || record.flags & FLAG_READY == 0 {
@@ -124,9 +149,11 @@ pub fn sample_wave(memory: &PatternMemory, tag: u32, triangle: u32, barycentrics
     } else {
         Symmetry::Line
     };
-    memory.corners(&record, triangle).map_or_else(Wave::default, |corners| {
-        wave_in_triangle(&corners, symmetry, barycentrics)
-    })
+    memory
+        .corners(&record, triangle, 0)
+        .map_or_else(Wave::default, |corners| {
+            wave_in_triangle(&corners, symmetry, barycentrics)
+        })
 }
 
 /// The wave at barycentrics `b` of a triangle.
@@ -170,19 +197,19 @@ pub fn oriented(corners: &Corners, s: Vec3) -> Corners {
 }
 
 /// P - v_m from differences of corners, which stays exact far from the origin.
-fn offset(corners: &Corners, m: usize, b: Vec3) -> Vec3 {
+pub(super) fn offset(corners: &Corners, m: usize, b: Vec3) -> Vec3 {
     let v = corners.position;
     Mat3::from_cols(v[0] - v[m], v[1] - v[m], v[2] - v[m]) * b
 }
 
-fn triangle_normal(corners: &Corners) -> Vec3 {
+pub(super) fn triangle_normal(corners: &Corners) -> Vec3 {
     let [v0, v1, v2] = corners.position;
     let normal = (v1 - v0).cross(v2 - v0);
     normal / normal.length().max(TINY)
 }
 
 /// ∇b_m as columns; zero for a triangle without an area.
-fn barycentric_gradients(corners: &Corners) -> Mat3 {
+pub(super) fn barycentric_gradients(corners: &Corners) -> Mat3 {
     let [v0, v1, v2] = corners.position;
     let normal = (v1 - v0).cross(v2 - v0);
     let n = normal / normal.length_squared().max(TINY);
@@ -191,7 +218,7 @@ fn barycentric_gradients(corners: &Corners) -> Mat3 {
 
 /// Eq. 13 and 14: the phasor sum of corners that are oriented alike, at barycentrics `b`. `weight` is how much each corner
 /// counts, `weight_gradient` holds its derivatives as columns.
-fn corner_sum(corners: &Corners, weight: Vec3, b: Vec3, weight_gradient: Mat3) -> Wave {
+pub(super) fn corner_sum(corners: &Corners, weight: Vec3, b: Vec3, weight_gradient: Mat3) -> Wave {
     let d_sum = Mat3::from_cols_array_2d(&corners.direction.map(|d| d.to_array())) * weight;
     let d_length = d_sum.length();
     let direction = d_sum / d_length.max(TINY);

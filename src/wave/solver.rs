@@ -9,18 +9,17 @@
 
 use super::{
     hierarchy::cold_start,
-    kite::{cmul, edge_phase, phasor, reversed},
+    kite::{aligned_distance, cmul, phasor, reversed},
     local_rule::solve_local,
+    merged::{Field, solve_merged},
+    waves::{Coupling, Waves, frame, turned},
 };
 pub use super::{
-    hierarchy::{align, coarsen, prolong},
+    hierarchy::{Child, align, coarsen, prolong, v_cycle},
     local_rule::{hash_turns, sweep_local},
-    settings::{ColdStart, LocalRule, SolverSettings},
+    settings::{ColdStart, LocalRule, MergedRule, SolverSettings},
 };
-use crate::{
-    field::Symmetry,
-    surface::{Level, SurfaceGraph},
-};
+use crate::surface::{Level, SurfaceGraph};
 use bevy::{
     math::{Vec2, Vec3},
     tasks::{ComputeTaskPool, TaskPool},
@@ -45,33 +44,106 @@ pub enum Relaxation {
     },
 }
 
-/// The edge constants of one level.
+/// Vertices that are drawn to a crest or a trough ([`CreasePhase`](super::CreasePhase)).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Pins<'a> {
+    /// Whether each vertex is drawn; no vertex is where the list is empty.
+    pub vertices: &'a [bool],
+    /// How much, as the weight of an edge: above 0 to a crest, below to a trough.
+    pub pull: f32,
+}
+
+/// The edge constants of one level: those of wave r over edge k at `waves * k + r`.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Edges {
-    /// The mesh: `E = w e^{iΦ_ji}` per directed edge; the lowest bit of E.x says that the edge flips.
+pub struct Edges {
+    waves: usize,
+    constants: Constants,
+    /// How much each node is drawn to a crest (below 0: to a trough), as the weight of an edge; empty where none is.
+    pins: Vec<f32>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Constants {
+    /// The mesh: `E = w e^{iΦ_ji}` per directed edge; the lowest bit of E.x says that the edge flips, that of E.y that the
+    /// source is the other wave.
     Fine(Vec<Vec2>),
-    /// A coarse level: A and B per directed edge.
+    /// A coarse level: A and B per directed edge; the lowest bit of A.y says that the source is the other wave.
     Coarse(Vec<[Vec2; 2]>),
 }
 
 impl Edges {
-    /// What the target of edge `k` sees of its source's phasor `z`.
-    pub fn seen(&self, k: usize, z: Vec2) -> Vec2 {
-        match self {
-            Self::Fine(e) => {
-                let seen = cmul(e[k], z);
-                if flips(e[k]) { reversed(seen) } else { seen }
-            }
-            Self::Coarse(ab) => cmul(ab[k][0], z) + cmul(ab[k][1], conj(z)),
+    pub(super) fn coarse(waves: usize, pairs: Vec<[Vec2; 2]>) -> Self {
+        Self {
+            waves,
+            constants: Constants::Coarse(pairs),
+            pins: Vec::new(),
         }
     }
 
-    /// The pair (A, B) of edge `k`: the target sees A z + B conj(z).
-    pub(super) fn pair(&self, k: usize) -> [Vec2; 2] {
-        match self {
-            Self::Fine(e) if flips(e[k]) => [Vec2::ZERO, reversed(e[k])],
-            Self::Fine(e) => [e[k], Vec2::ZERO],
-            Self::Coarse(ab) => ab[k],
+    /// Draws vertices to crests, z = i (which a reversed direction sees at the same place), or to troughs. The first wave
+    /// is, and both of a cross field. The weights are added to `sums`.
+    pub fn pin(&mut self, sums: &mut [f32], pins: Pins, waves: Waves) {
+        let count = self.waves;
+        self.pins = vec![0.0; sums.len()];
+        for (node, (pin, sum)) in self.pins.iter_mut().zip(sums).enumerate() {
+            let is_drawn = node % count == 0 || waves == Waves::Cross;
+            if is_drawn && pins.vertices.get(node / count) == Some(&true) {
+                *pin = pins.pull;
+                *sum += pins.pull.abs();
+            }
+        }
+    }
+
+    /// Number of waves, 1 or 2; node n of wave r is number `waves * n + r` in all lists of phasors and sums.
+    pub fn waves(&self) -> usize {
+        self.waves
+    }
+
+    /// The wave of the source that wave `r` of the target of edge `k` sees.
+    pub fn source(&self, k: usize, r: usize) -> usize {
+        let y = match &self.constants {
+            Constants::Fine(e) => e[self.waves * k + r].y,
+            Constants::Coarse(ab) => ab[self.waves * k + r][0].y,
+        };
+        r ^ (y.to_bits() as usize & (self.waves - 1))
+    }
+
+    /// What wave `r` of the target of edge `k` sees of its source's phasor `z`.
+    pub fn seen(&self, k: usize, r: usize, z: Vec2) -> Vec2 {
+        match &self.constants {
+            Constants::Fine(e) => {
+                let e = e[self.waves * k + r];
+                let seen = cmul(e, z);
+                if flips(e) { reversed(seen) } else { seen }
+            }
+            Constants::Coarse(ab) => {
+                let [a, b] = ab[self.waves * k + r];
+                cmul(a, z) + cmul(b, conj(z))
+            }
+        }
+    }
+
+    /// What wave `r` of node `i` sees in sum, and what it is drawn to; `z` is the phasor of a node's wave.
+    pub fn seen_sum(&self, level: &Level, i: usize, r: usize, z: impl Fn(usize) -> Vec2) -> Vec2 {
+        let pull = self.pins.get(self.waves * i + r).copied().unwrap_or(0.0);
+        level.edges(i).fold(Vec2::new(0.0, pull), |t, k| {
+            let source = self.waves * level.neighbors[k] as usize + self.source(k, r);
+            t + self.seen(k, r, z(source))
+        })
+    }
+
+    /// The pair (A, B) of edge `k`: wave `r` of the target sees A z + B conj(z).
+    pub(super) fn pair(&self, k: usize, r: usize) -> [Vec2; 2] {
+        match &self.constants {
+            Constants::Fine(e) => {
+                let e = e[self.waves * k + r];
+                if flips(e) {
+                    [Vec2::ZERO, reversed(e)]
+                } else {
+                    [e, Vec2::ZERO]
+                }
+            }
+            Constants::Coarse(ab) => ab[self.waves * k + r],
         }
     }
 }
@@ -84,8 +156,13 @@ fn flips(e: Vec2) -> bool {
     e.x.to_bits() & 1 == 1
 }
 
-fn with_flip(e: Vec2, flip: bool) -> Vec2 {
-    Vec2::new(f32::from_bits((e.x.to_bits() & !1) | u32::from(flip)), e.y)
+fn with_bit(x: f32, bit: bool) -> f32 {
+    f32::from_bits((x.to_bits() & !1) | u32::from(bit))
+}
+
+/// `z` with the mark that its source is the other wave.
+pub(super) fn with_swap(z: Vec2, swap: bool) -> Vec2 {
+    Vec2::new(z.x, with_bit(z.y, swap))
 }
 
 /// z / |z|, or `fallback` where z is next to nothing.
@@ -94,54 +171,73 @@ pub fn normalize_or(z: Vec2, fallback: Vec2) -> Vec2 {
     if r > 1e-14 { z / r } else { fallback }
 }
 
-/// The edge pass (Eq. 3, kite form): `w e^{iΦ_ji}` and flip of every directed edge, and the sum of weights per vertex.
+/// The edge pass (Eq. 3, kite form): `w e^{iΦ_ji}`, flip and source of every directed edge, and the sum of weights per
+/// node.
 ///
 /// `directions` and `frequencies` are one per vertex, in solver order; `Φ_ji = 2π (f_i + f_j)/2` times the aligned distance.
-pub fn edges(graph: &SurfaceGraph, directions: &[Vec3], frequencies: &[f32], symmetry: Symmetry) -> (Edges, Vec<f32>) {
+pub fn edges(
+    graph: &SurfaceGraph,
+    directions: &[Vec3],
+    frequencies: &[f32],
+    coupling: impl Into<Coupling>,
+) -> (Edges, Vec<f32>) {
+    let coupling = coupling.into();
+    let waves = coupling.waves.count();
+    let factors = [1.0, coupling.waves.ratio()];
+    let frame = |v: usize| frame(directions[v], graph.normals[v]);
     let level = graph.mesh_level();
-    let mut e = vec![Vec2::ZERO; level.neighbors.len()];
-    let mut sums = vec![0.0; level.len()];
+    let mut e = vec![Vec2::ZERO; waves * level.neighbors.len()];
+    let mut sums = vec![0.0; waves * level.len()];
     let chunk = chunk_len(level.len());
     let pool = ComputeTaskPool::get_or_init(TaskPool::default);
     pool.scope(|scope| {
         let mut rest = e.as_mut_slice();
-        for (c, sums) in sums.chunks_mut(chunk).enumerate() {
+        for (c, sums) in sums.chunks_mut(waves * chunk).enumerate() {
             let first = c * chunk;
             let start = level.offsets[first] as usize;
-            let end = level.offsets[first + sums.len()] as usize;
-            let (e, tail) = rest.split_at_mut(end - start);
+            let end = level.offsets[first + sums.len() / waves] as usize;
+            let (e, tail) = rest.split_at_mut(waves * (end - start));
             rest = tail;
             scope.spawn(async move {
-                for (n, sum) in sums.iter_mut().enumerate() {
+                for (n, sums) in sums.chunks_mut(waves).enumerate() {
                     let i = first + n;
+                    let d_i = frame(i);
                     for k in level.edges(i) {
                         let j = level.neighbors[k] as usize;
-                        let edge = edge_phase(
-                            graph.positions[i] - graph.positions[j],
-                            directions[j],
-                            directions[i],
-                            symmetry,
-                        );
-                        let turns = 0.5 * (frequencies[i] + frequencies[j]) * edge.distance;
-                        e[k - start] = with_flip(edge.weight * phasor(turns), edge.flip);
-                        *sum += edge.weight;
+                        let d_j = frame(j);
+                        let turns = coupling.quarter_turns(d_j, d_i);
+                        let v = graph.positions[i] - graph.positions[j];
+                        let frequency = 0.5 * (frequencies[i] + frequencies[j]);
+                        for (r, sum) in sums.iter_mut().enumerate() {
+                            let (m, flip) = turned(turns, r);
+                            let d_i = if flip { -d_i[r] } else { d_i[r] };
+                            let weight = d_i.dot(d_j[m]).max(0.0);
+                            let periods = factors[r] * frequency * aligned_distance(v, d_j[m], d_i);
+                            let mut constant = with_swap(weight * phasor(periods), m != r);
+                            constant.x = with_bit(constant.x, flip);
+                            e[waves * (k - start) + r] = constant;
+                            *sum += weight;
+                        }
                     }
                 }
             });
         }
     });
-    (Edges::Fine(e), sums)
+    let edges = Edges {
+        waves,
+        constants: Constants::Fine(e),
+        pins: Vec::new(),
+    };
+    (edges, sums)
 }
 
 /// One sweep: every node moves towards what it sees, colour class by colour class. `sums` (of weights, per node) is used
 /// by [`Relaxation::Soft`] only.
 pub fn sweep(level: &Level, edges: &Edges, sums: &[f32], z: &mut [Vec2], relaxation: Relaxation) {
-    for_each_class(level, z, |i, own, others| {
-        let mut t = Vec2::ZERO;
-        for k in level.edges(i) {
-            t += edges.seen(k, others.get(level.neighbors[k]));
-        }
-        relax(own, t, sums.get(i).copied().unwrap_or(1.0), relaxation)
+    let waves = edges.waves;
+    for_each_class(level, waves, z, |node, own, others| {
+        let t = edges.seen_sum(level, node / waves, node % waves, |source| others.get(source));
+        relax(own, t, sums.get(node).copied().unwrap_or(1.0), relaxation)
     });
 }
 
@@ -173,11 +269,13 @@ fn relax(z: Vec2, t: Vec2, sum: f32, relaxation: Relaxation) -> Vec2 {
 /// Mean of 1 - cos r over the undirected edges, weighted (Eq. 5 divided by Σw): 0 is perfect, 1 is random.
 pub fn energy(level: &Level, edges: &Edges, sums: &[f32], z: &[Vec2]) -> f32 {
     let mut off = 0.0f64;
-    for i in 0..level.len() {
-        let own = normalize_or(z[i], Vec2::X);
+    let waves = edges.waves;
+    for node in 0..waves * level.len() {
+        let (i, r) = (node / waves, node % waves);
+        let own = normalize_or(z[node], Vec2::X);
         for k in level.edges(i) {
-            let source = normalize_or(z[level.neighbors[k] as usize], Vec2::X);
-            let seen = edges.seen(k, source);
+            let source = waves * level.neighbors[k] as usize + edges.source(k, r);
+            let seen = edges.seen(k, r, normalize_or(z[source], Vec2::X));
             // |w z_i - seen|² / 2w = w (1 - cos r), without the cancellation of a difference from 1
             let w = seen.length();
             if w > 0.0 {
@@ -192,7 +290,7 @@ pub fn energy(level: &Level, edges: &Edges, sums: &[f32], z: &[Vec2]) -> f32 {
 /// What a solve did.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
-    /// A phasor per vertex, in solver order; z_i refers to the sign of d_i as given.
+    /// The phasors of each vertex (wave r of vertex v at `waves * v + r`), in solver order; z_i refers to d_i as given.
     pub phasors: Vec<Vec2>,
     /// Sweeps made on the finest level.
     pub sweeps: u32,
@@ -206,11 +304,26 @@ pub fn solve_cpu(
     graph: &SurfaceGraph,
     directions: &[Vec3],
     frequencies: &[f32],
-    symmetry: Symmetry,
+    coupling: impl Into<Coupling>,
     settings: &SolverSettings,
 ) -> Solution {
-    let settings = &settings.valid();
-    let (fine, sums) = edges(graph, directions, frequencies, symmetry);
+    solve_pinned(graph, directions, frequencies, coupling, Pins::default(), settings)
+}
+
+/// [`solve_cpu`] with vertices that are drawn to a crest or a trough.
+pub fn solve_pinned(
+    graph: &SurfaceGraph,
+    directions: &[Vec3],
+    frequencies: &[f32],
+    coupling: impl Into<Coupling>,
+    pins: Pins,
+    settings: &SolverSettings,
+) -> Solution {
+    let (settings, coupling) = (&settings.valid(), coupling.into());
+    let (mut fine, mut sums) = edges(graph, directions, frequencies, coupling);
+    if !pins.vertices.is_empty() {
+        fine.pin(&mut sums, pins, coupling.waves);
+    }
     match &settings.cold_start {
         ColdStart::Hierarchy { level_sweeps } => {
             let mut z = cold_start(graph, &fine, *level_sweeps, settings.omega);
@@ -225,6 +338,13 @@ pub fn solve_cpu(
             }
         }
         ColdStart::Local(rule) => solve_local(graph, &fine, &sums, rule),
+        ColdStart::Merged(rule) => {
+            let field = Field {
+                directions: directions.to_vec(),
+                frequencies: frequencies.to_vec(),
+            };
+            solve_merged(graph, field, coupling, (&fine, &sums), rule)
+        }
     }
 }
 
@@ -233,12 +353,15 @@ pub fn follow_cpu(
     graph: &SurfaceGraph,
     directions: &[Vec3],
     frequencies: &[f32],
-    symmetry: Symmetry,
+    coupling: impl Into<Coupling>,
     settings: &SolverSettings,
     phasors: &mut [Vec2],
 ) {
     let settings = &settings.valid();
-    let (fine, sums) = edges(graph, directions, frequencies, symmetry);
+    let (fine, sums) = edges(graph, directions, frequencies, coupling);
+    if settings.warm_level_sweeps > 0 {
+        v_cycle(graph, &fine, settings.warm_level_sweeps, settings.omega, phasors);
+    }
     sweep_soft(
         graph.mesh_level(),
         &fine,
@@ -283,8 +406,7 @@ struct Others<'a> {
 }
 
 impl Others<'_> {
-    fn get(&self, j: u32) -> Vec2 {
-        let j = j as usize;
+    fn get(&self, j: usize) -> Vec2 {
         if j < self.before.len() {
             self.before[j]
         } else {
@@ -301,11 +423,11 @@ fn chunk_len(nodes: usize) -> usize {
     nodes.div_ceil(threads).max(TASK_NODES)
 }
 
-/// Sets z_i to `f(i, z_i, others)` for all nodes, class by class; the nodes of a class in parallel.
-fn for_each_class(level: &Level, z: &mut [Vec2], f: impl Fn(usize, Vec2, &Others) -> Vec2 + Sync) {
+/// Sets z to `f(node, z, others)` for all waves of all nodes, class by class; those of a class in parallel.
+fn for_each_class(level: &Level, waves: usize, z: &mut [Vec2], f: impl Fn(usize, Vec2, &Others) -> Vec2 + Sync) {
     let pool = ComputeTaskPool::get_or_init(TaskPool::default);
     for class in level.classes.windows(2) {
-        let (start, end) = (class[0] as usize, class[1] as usize);
+        let (start, end) = (waves * class[0] as usize, waves * class[1] as usize);
         let (before, rest) = z.split_at_mut(start);
         let (own, after) = rest.split_at_mut(end - start);
         let others = Others { before, after, end };

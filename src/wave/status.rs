@@ -43,6 +43,11 @@ impl GpuStatus {
         self.0.item.load(Relaxed).max(ITEM)
     }
 
+    /// A processor plays GPU.
+    pub(crate) fn is_software(&self) -> bool {
+        self.item() > ITEM
+    }
+
     /// Counts the devices so far; what was on an earlier one is lost.
     pub(crate) fn generation(&self) -> u32 {
         self.0.generation.load(Relaxed)
@@ -91,6 +96,7 @@ pub struct SolverCounters(Arc<Counters>);
 struct Counters {
     dispatches: AtomicU32,
     sweeps: AtomicU32,
+    pattern_sweeps: AtomicU32,
 }
 
 impl SolverCounters {
@@ -104,8 +110,15 @@ impl SolverCounters {
         self.0.sweeps.load(Relaxed)
     }
 
-    pub(super) fn set(&self, dispatches: u32, sweeps: u32) {
+    /// The same, each counted once per pattern that took part: what
+    /// [`max_sweeps_per_frame`](super::SolverSettings::max_sweeps_per_frame) limits. The local rule's do not count.
+    pub fn pattern_sweeps(&self) -> u32 {
+        self.0.pattern_sweeps.load(Relaxed)
+    }
+
+    pub(super) fn set(&self, dispatches: u32, sweeps: u32, pattern_sweeps: u32) {
         self.0.dispatches.store(dispatches, Relaxed);
         self.0.sweeps.store(sweeps, Relaxed);
+        self.0.pattern_sweeps.store(pattern_sweeps, Relaxed);
     }
 }

@@ -3,16 +3,18 @@
 #import bevy_field_patterns::layout::LevelRecord
 #import bevy_field_patterns::kite::phasor
 #import bevy_field_patterns::passes::{
-    step, surface, geometry, wave, edges, balance, STATE_DONE, WORKGROUP, load_item, load_level, seen_fine, relax, normalize_or,
-    state_base,
+    step, surface, geometry, wave, edges, balance, STATE_DONE, WORKGROUP, load_item, load_level, seen_fine, swap_of, relax,
+    normalize_or, pull_of, state_base,
 }
 
-// What vertex i sees in sum; `at` is the mesh's level record.
-fn seen_sum(at: LevelRecord, i: u32) -> vec2<f32> {
-    var t = vec2(0.0);
+// What wave r of vertex i sees in sum; `at` is the mesh's level record. A crest is at z = i.
+fn seen_sum(record: u32, at: LevelRecord, i: u32, r: u32) -> vec2<f32> {
+    var t = vec2(0.0, pull_of(record, r, i));
     let end = surface[at.offset_base + i + 1u];
     for (var k = surface[at.offset_base + i]; k < end; k++) {
-        t += seen_fine(edges[at.edge_base + k], wave[at.node_base + surface[at.neighbor_base + k]]);
+        let e = edges[at.edge_base + at.waves * k + r];
+        let source = at.waves * surface[at.neighbor_base + k] + (r ^ (swap_of(e) & (at.waves - 1u)));
+        t += seen_fine(e, wave[at.node_base + source]);
     }
     return t;
 }
@@ -22,11 +24,11 @@ fn seen_sum(at: LevelRecord, i: u32) -> vec2<f32> {
 fn sweep_fine(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
     let level = load_level(item.x, 0u);
-    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        let t = seen_sum(level, i);
-        let weight = abs(balance[level.balance_base + i]);
-        let z = wave[level.node_base + i];
-        wave[level.node_base + i] = relax(z, t, weight, step.relaxation, step.omega, step.softness);
+    for (var own = level.waves * item.z + local; own < level.waves * item.w; own += WORKGROUP) {
+        let t = seen_sum(item.x, level, own / level.waves, own % level.waves);
+        let weight = abs(balance[level.balance_base + own]);
+        let z = wave[level.node_base + own];
+        wave[level.node_base + own] = relax(z, t, weight, step.relaxation, step.omega, step.softness);
     }
 }
 
@@ -49,8 +51,11 @@ fn start_local(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
     let item = load_item(group);
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
         let id = bitcast<u32>(geometry[surface[item.x + 5u] + 2u * i + 1u].w);
-        wave[surface[item.x + 7u] + i] = phasor(hash_turns(id));
-        wave[surface[item.x + 15u] + i] = vec2(0.0);
+        let waves = surface[item.x + 17u];
+        for (var r = 0u; r < waves; r++) {
+            wave[surface[item.x + 7u] + waves * i + r] = phasor(hash_turns(id ^ (r << 31u)));
+            wave[surface[item.x + 15u] + waves * i + r] = vec2(0.0);
+        }
     }
     if item.z + local == 0u && item.w > 0u {
         for (var n = 0u; n < 8u; n++) {
@@ -67,11 +72,11 @@ fn sweep_local(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
         return;
     }
     let level = load_level(item.x, 0u);
-    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        let t = seen_sum(level, i);
-        let delta = surface[item.x + 15u] + i;
-        let old = wave[level.node_base + i];
-        wave[level.node_base + i] = normalize_or(t + wave[delta], old);
+    for (var own = level.waves * item.z + local; own < level.waves * item.w; own += WORKGROUP) {
+        let t = seen_sum(item.x, level, own / level.waves, own % level.waves);
+        let delta = surface[item.x + 15u] + own;
+        let old = wave[level.node_base + own];
+        wave[level.node_base + own] = normalize_or(t + wave[delta], old);
         wave[delta] = step.momentum * (t - old);
     }
 }

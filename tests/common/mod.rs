@@ -69,14 +69,14 @@ pub fn graph(app: &App, entity: Entity) -> SurfaceGraph {
         .clone()
 }
 
-/// Directions, frequencies and phasors of an entity, read back.
+/// Directions, frequencies and phasors (those of all waves) of an entity, read back.
 pub fn wave(app: &App, entity: Entity) -> (Vec<Vec3>, Vec<f32>, Vec<Vec2>) {
     let record = *app.world().get::<Pattern>(entity).expect("a pattern").record();
     let read = |first: u32, len: u32| {
         gpu::read::<f32>(app, &WAVE_BUFFER, 8 * u64::from(first), 8 * u64::from(len)).expect("the wave buffer")
     };
     let field = read(record.field_base, 2 * record.vertices);
-    let phasors = read(record.phasor_base, record.vertices);
+    let phasors = read(record.phasor_base, record.waves * record.vertices);
     (
         field.chunks_exact(4).map(|d| Vec3::new(d[0], d[1], d[2])).collect(),
         field.chunks_exact(4).map(|d| d[3]).collect(),

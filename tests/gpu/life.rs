@@ -149,9 +149,9 @@ fn bad_input_is_an_error_on_the_entity_and_good_input_mends_it() {
         .spawn((Mesh3d(mesh.clone()), short, Frequency::Uniform(1.0)))
         .id();
     let tagged = app.world_mut().spawn((Mesh3d(mesh), axis, bevy::mesh::MeshTag(7))).id();
-    let points = Mesh::new(bevy::mesh::PrimitiveTopology::PointList, default());
-    let points = app.world_mut().resource_mut::<Assets<Mesh>>().add(points);
-    let points = app.world_mut().spawn((Mesh3d(points), DirectionField::default())).id();
+    let lines = Mesh::new(bevy::mesh::PrimitiveTopology::LineList, default());
+    let lines = app.world_mut().resource_mut::<Assets<Mesh>>().add(lines);
+    let lines = app.world_mut().spawn((Mesh3d(lines), DirectionField::default())).id();
     settle(&mut app);
     let state = |app: &App, entity| app.world().get::<PatternState>(entity).unwrap().clone();
     assert_eq!(
@@ -162,8 +162,8 @@ fn bad_input_is_an_error_on_the_entity_and_good_input_mends_it() {
         panic!("{:?}", state(&app, other));
     };
     assert_eq!(state(&app, tagged), PatternState::Failed(PatternError::MeshTagTaken));
-    let PatternState::Failed(PatternError::Topology(_)) = state(&app, points) else {
-        panic!("{:?}", state(&app, points));
+    let PatternState::Failed(PatternError::Topology(_)) = state(&app, lines) else {
+        panic!("{:?}", state(&app, lines));
     };
     app.world_mut().entity_mut(entity).insert(Frequency::Uniform(f32::NAN));
     update(&mut app);

@@ -1,7 +1,12 @@
 //! The plugin on a device: the solver against its CPU twin, the life of patterns, the shared memory.
 
+mod budget;
 #[path = "../common/mod.rs"]
 mod common;
+mod creases;
+mod fields;
+mod flow;
+mod frequencies;
 mod life;
 mod signs;
 mod twin;

@@ -38,17 +38,17 @@ fn a_turning_line_field_keeps_its_signs() {
 fn a_symmetry_changes_together_with_its_directions() {
     let mut app = app();
     let mesh = add_mesh(&mut app, &shapes::torus(140, 72, 1.0, 0.4, 0.25, 5));
-    let curvature = DirectionField::PrincipalCurvature {
+    let curvature = |smoothing| DirectionField::PrincipalCurvature {
         direction: Principal::Major,
-        smoothing: 2000,
+        smoothing,
     };
-    let spawn = (Mesh3d(mesh), curvature, Symmetry::Line, Frequency::Uniform(6.0));
+    let spawn = (Mesh3d(mesh), curvature(1999), Symmetry::Line, Frequency::Uniform(6.0));
     let entity = app.world_mut().spawn(spawn).id();
     settle(&mut app);
     let (before, ..) = wave(&app, entity);
     app.world_mut()
         .entity_mut(entity)
-        .insert((Symmetry::Vector, FieldTurn(0.8)));
+        .insert((curvature(2000), Symmetry::Vector, FieldTurn(0.8)));
     let mut waited = 0;
     loop {
         update(&mut app);

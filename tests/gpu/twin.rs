@@ -1,29 +1,36 @@
 //! Every pass of the solver against its twin on the CPU.
 
 use crate::{
-    common::{add_mesh, app, app_with, graph, settle, shapes, wave},
+    common::{add_mesh, app, app_with, graph, settle, shapes, update, wave},
     curvature,
 };
 use bevy::prelude::*;
 use bevy_field_patterns::{
     prelude::*,
     wave::{
-        quality,
-        solver::{ColdStart, LocalRule, solve_cpu},
+        Coupling, quality,
+        solver::{ColdStart, LocalRule, follow_cpu, solve_cpu},
     },
 };
 
 /// The largest distance between the phasors of the device and those of the twin, on the same directions.
-fn distance_to_twin(gpu: &SolverSettings, cpu: &SolverSettings, symmetry: Symmetry) -> f32 {
+fn distance_to_twin(gpu: &SolverSettings, cpu: &SolverSettings, coupling: Coupling) -> f32 {
     let mut app = app_with(gpu.clone());
     let mesh = add_mesh(&mut app, &shapes::torus(70, 36, 1.0, 0.4, 0.25, 5));
     let entity = app
         .world_mut()
-        .spawn((Mesh3d(mesh), curvature(), symmetry, Frequency::Uniform(6.0)))
+        .spawn((
+            Mesh3d(mesh),
+            curvature(),
+            coupling.symmetry,
+            coupling.waves,
+            Frequency::Uniform(6.0),
+        ))
         .id();
     settle(&mut app);
     let (d, f, z) = wave(&app, entity);
-    let twin = solve_cpu(&graph(&app, entity), &d, &f, symmetry, cpu).phasors;
+    let twin = solve_cpu(&graph(&app, entity), &d, &f, coupling, cpu).phasors;
+    assert_eq!(z.len(), twin.len());
     z.iter().zip(&twin).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
 }
 
@@ -72,10 +79,17 @@ fn every_pass_agrees_with_its_twin() {
             },
         ),
     ];
-    for symmetry in [Symmetry::Line, Symmetry::Vector] {
+    let coupling = |waves, symmetry| Coupling { waves, symmetry };
+    let couplings = [
+        coupling(Waves::Single, Symmetry::Line),
+        coupling(Waves::Single, Symmetry::Vector),
+        coupling(Waves::Orthogonal { ratio: 1.5 }, Symmetry::Line),
+        coupling(Waves::Cross, Symmetry::Line),
+    ];
+    for coupling in couplings {
         for (name, settings) in &cases {
-            let distance = distance_to_twin(settings, settings, symmetry);
-            assert!(distance < 2e-3, "{name}, {symmetry:?}: {distance}");
+            let distance = distance_to_twin(settings, settings, coupling);
+            assert!(distance < 2e-3, "{name}, {coupling:?}: {distance}");
         }
     }
     // The comparison can fail: one sweep more shows.
@@ -83,7 +97,7 @@ fn every_pass_agrees_with_its_twin() {
         plain_sweeps: 3,
         ..none.clone()
     };
-    let distance = distance_to_twin(&cases[3].1, &more, Symmetry::Line);
+    let distance = distance_to_twin(&cases[3].1, &more, couplings[0]);
     assert!(distance > 2e-2, "{distance}");
 }
 
@@ -132,4 +146,44 @@ fn world_space_counts_stripes_per_unit_of_the_world() {
         in_world.energy < 0.05 && in_mesh.energy > 3.0 * in_world.energy,
         "{in_world:?} {in_mesh:?}"
     );
+}
+
+/// A change of the frequency, followed with and without a V-cycle, against the twin.
+#[test]
+fn v_cycle_agrees_with_its_twin() {
+    for waves in [Waves::Single, Waves::ORTHOGONAL, Waves::Cross] {
+        let settings = SolverSettings {
+            warm_level_sweeps: 2,
+            warm_sweeps: 1,
+            ..default()
+        };
+        let mut app = app_with(settings.clone());
+        let mesh = add_mesh(&mut app, &shapes::torus(70, 36, 1.0, 0.4, 0.25, 5));
+        let entity = app
+            .world_mut()
+            .spawn((Mesh3d(mesh), curvature(), waves, Frequency::Uniform(6.0)))
+            .id();
+        settle(&mut app);
+        let (_, _, before) = wave(&app, entity);
+        app.world_mut().entity_mut(entity).insert(Frequency::Uniform(6.2));
+        update(&mut app);
+        let (d, f, z) = wave(&app, entity);
+        assert!(f.iter().all(|&f| f == 6.2));
+        let coupling = Coupling {
+            waves,
+            symmetry: Symmetry::Line,
+        };
+        let distance = |settings: &SolverSettings| {
+            let mut twin = before.clone();
+            follow_cpu(&graph(&app, entity), &d, &f, coupling, settings, &mut twin);
+            z.iter().zip(&twin).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+        };
+        assert!(distance(&settings) < 2e-3, "{waves:?}: {}", distance(&settings));
+        // The comparison can fail: without the cycle it is another wave.
+        let without = SolverSettings {
+            warm_level_sweeps: 0,
+            ..settings.clone()
+        };
+        assert!(distance(&without) > 2e-2, "{waves:?}: {}", distance(&without));
+    }
 }

@@ -18,6 +18,9 @@ fn nonsense_settings_are_put_right() {
         soft_sweeps: u32::MAX,
         plain_sweeps: u32::MAX,
         warm_sweeps: 0,
+        warm_level_sweeps: u32::MAX,
+        max_sweeps_per_frame: None,
+        max_milliseconds: None,
         cold_start: ColdStart::Hierarchy { level_sweeps: u32::MAX },
     };
     let limit = SolverSettings::MAX_SWEEPS;
@@ -27,6 +30,9 @@ fn nonsense_settings_are_put_right() {
         soft_sweeps: limit,
         plain_sweeps: limit,
         warm_sweeps: 1,
+        warm_level_sweeps: limit,
+        max_sweeps_per_frame: None,
+        max_milliseconds: None,
         cold_start: ColdStart::Hierarchy { level_sweeps: limit },
     };
     assert_eq!(nonsense.valid(), expected);

@@ -8,7 +8,11 @@ mod stage;
 mod styles;
 
 use bevy::{mesh::MeshTag, prelude::*};
-use bevy_field_patterns::{field::Symmetry, material::*, wave::shade::sample_wave};
+use bevy_field_patterns::{
+    field::Symmetry,
+    material::*,
+    wave::{Waves, shade::sample_wave, shade_pair::sample_pair},
+};
 use patterns::{Memory, Pattern};
 use probe::Probe;
 use stage::{Lens, Picture, Stage};
@@ -28,6 +32,8 @@ struct Scene {
     torus_mesh: Handle<Mesh>,
     line: u32,
     vector: u32,
+    /// Two waves: on a line field, on a vector field, on a cross field.
+    pairs: [u32; 3],
 }
 
 impl Scene {
@@ -47,6 +53,12 @@ impl Scene {
         let plane_y = memory.push(&Pattern::plane(2.0, 4, Vec3::Y, 2.0));
         let line = memory.push(&line_torus);
         let vector = memory.push(&vector_torus);
+        let pairs = [
+            line_torus.clone().with_second_wave(Waves::Orthogonal { ratio: 0.6 }),
+            vector_torus.with_second_wave(Waves::Orthogonal { ratio: 1.5 }),
+            line_torus.clone().with_second_wave(Waves::Cross),
+        ]
+        .map(|pattern| memory.push(&pattern));
         memory.upload(&mut stage.app);
         let plane_mesh = stage.add(plane.mesh());
         let torus_mesh = stage.add(line_torus.mesh());
@@ -60,6 +72,7 @@ impl Scene {
             torus_mesh,
             line,
             vector,
+            pairs,
         }
     }
 }
@@ -106,6 +119,7 @@ fn torus_view(width: u32, height: u32) -> Lens {
 fn materials() {
     let mut scene = Scene::new();
     numbers_agree_with_the_twin(&mut scene);
+    texture_coordinates_agree_with_the_twin(&mut scene);
     phase_of_a_plane_is_where_it_should_be(&mut scene);
     tag_selects_the_pattern(&mut scene);
     no_tag_is_the_base(&mut scene);
@@ -163,6 +177,46 @@ fn numbers_agree_with_the_twin(scene: &mut Scene) {
             strange = strange.max((shader - stranger.value).abs());
             compared += 1;
             odd += usize::from(twin.odd);
+        }
+        assert!(compared > 500, "only {compared} pixels compared");
+        assert!(strange > 0.1, "the comparison cannot fail");
+        assert!(
+            worst < 1e-4,
+            "largest difference {worst} of {compared} pixels ({odd} odd)"
+        );
+    }
+}
+
+/// So do the texture coordinates of two waves.
+fn texture_coordinates_agree_with_the_twin(scene: &mut Scene) {
+    let mesh = scene.torus_mesh.clone();
+    let lens = torus_view(160, 96);
+    for tag in scene.pairs {
+        let [coordinates, barycentrics, triangles] = [probe::TEXTURE, probe::BARYCENTRICS, probe::TRIANGLE]
+            .map(|mode| probe_picture(scene, mode, &mesh, tag, lens));
+        let (mut compared, mut odd, mut worst, mut strange) = (0, 0, 0.0_f32, 0.0_f32);
+        for ((uv, b), triangle) in coordinates
+            .pixels
+            .iter()
+            .zip(&barycentrics.pixels)
+            .zip(&triangles.pixels)
+        {
+            if triangle.w != 0.5 || triangle.x > 2048.0 {
+                continue;
+            }
+            let (b0, b1) = (probe::joined(b.x, b.y), probe::joined(b.z, b.w));
+            let memory = scene.memory.view();
+            let twin = |t| sample_pair(&memory, tag, t, Vec3::new(b0, b1, 1.0 - b0 - b1))[0];
+            let pair = twin(triangle.x as u32);
+            if pair.waves.iter().any(|wave| wave.confidence < 0.2) {
+                continue;
+            }
+            let shader = Vec2::new(probe::joined(uv.x, uv.y), probe::joined(uv.z, uv.w));
+            let apart = |twin: Vec2| (shader - twin - (shader - twin).round()).abs().max_element();
+            worst = worst.max(apart(pair.uv()));
+            strange = strange.max(apart(twin(triangle.x as u32 + 1).uv()));
+            compared += 1;
+            odd += usize::from(pair.waves[0].odd);
         }
         assert!(compared > 500, "only {compared} pixels compared");
         assert!(strange > 0.1, "the comparison cannot fail");

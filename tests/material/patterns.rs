@@ -4,8 +4,9 @@ use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*, render
 use bevy_field_patterns::{
     field::Symmetry,
     wave::{
+        Waves,
         kite::{cmul, edge_phase, phasor, reversed},
-        layout::{FLAG_READY, FLAG_VECTOR, GEOMETRY_BUFFER, PatternRecord, SURFACE_BUFFER, WAVE_BUFFER},
+        layout::{FLAG_CROSS, FLAG_READY, FLAG_VECTOR, GEOMETRY_BUFFER, PatternRecord, SURFACE_BUFFER, WAVE_BUFFER},
         shade::PatternMemory,
     },
 };
@@ -23,6 +24,8 @@ pub struct Pattern {
     pub frequencies: Vec<f32>,
     pub z: Vec<Vec2>,
     pub symmetry: Symmetry,
+    /// Two waves are there: those of vertex v are `z[2 v]` and `z[2 v + 1]`.
+    pub pair: Option<Waves>,
 }
 
 impl Pattern {
@@ -51,7 +54,27 @@ impl Pattern {
             positions,
             triangles,
             symmetry: Symmetry::Vector,
+            pair: None,
         }
+    }
+
+    /// Adds a second wave along n × d, of any phases; on a cross field the frames are turned by any quarter turns.
+    pub fn with_second_wave(mut self, waves: Waves) -> Self {
+        self.z = (0..self.positions.len())
+            .flat_map(|v| {
+                let (p, n) = (self.positions[v], self.normals[v]);
+                let mut frame = [self.directions[v], n.cross(self.directions[v])];
+                let mut z = [self.z[v], phasor(self.frequencies[v] * waves.ratio() * p.x)];
+                for _ in 0..if waves == Waves::Cross { v * 7 % 4 } else { 0 } {
+                    frame = [frame[1], -frame[0]];
+                    z = [z[1], reversed(z[0])];
+                }
+                self.directions[v] = frame[0];
+                z
+            })
+            .collect();
+        self.pair = Some(waves);
+        self
     }
 
     /// A torus of radii 1 and `minor`, jittered, with the field of an axis; `d` has random signs on a line field.
@@ -71,6 +94,7 @@ impl Pattern {
             frequencies: vec![],
             z: vec![],
             symmetry,
+            pair: None,
         };
         for i in 0..rings {
             for j in 0..sides {
@@ -162,10 +186,17 @@ impl Memory {
         } else {
             0
         };
+        let cross = if pattern.pair == Some(Waves::Cross) {
+            FLAG_CROSS
+        } else {
+            0
+        };
         let record = PatternRecord {
             vertices: count,
             triangles: pattern.triangles.len() as u32,
-            flags: FLAG_READY | vector,
+            flags: FLAG_READY | vector | cross,
+            waves: pattern.pair.unwrap_or_default().count() as u32,
+            ratio: pattern.pair.unwrap_or_default().ratio(),
             triangle_base,
             geometry_base: self.geometry.len() as u32,
             field_base: self.wave.len() as u32,

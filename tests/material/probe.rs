@@ -33,6 +33,9 @@ pub const BARYCENTRICS: u32 = 1;
 /// Triangle index, tag modulo 1024, footprint, one half (the background has 1).
 pub const TRIANGLE: u32 = 2;
 
+/// Texture coordinates u and v of the first piece, in two parts each.
+pub const TEXTURE: u32 = 3;
+
 impl Probe {
     pub fn new(mode: u32) -> Self {
         Self {
@@ -77,7 +80,7 @@ pub fn joined(high: f32, low: f32) -> f32 {
 
 const WGSL: &str = "
 #import bevy_pbr::forward_io::VertexOutput
-#import bevy_field_patterns::wave::{pattern_point, sample_wave}
+#import bevy_field_patterns::wave::{pattern_frame, pattern_point, sample_pair, sample_wave, texture_point}
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(103) var<uniform> mode: u32;
 
@@ -102,6 +105,11 @@ fn fragment(
     }
     if mode == 1u {
         return vec4(split(point.b.x), split(point.b.y));
+    }
+    if mode == 3u {
+        let frame = pattern_frame(point);
+        let texel = texture_point(sample_pair(frame, point, 0u));
+        return select(vec4(-2.0), vec4(split(texel.uv.x), split(texel.uv.y)), frame.pieces > 0u);
     }
     return vec4(f32(point.triangle), f32(point.tag % 1024u), wave.footprint, 0.5);
 }

@@ -15,7 +15,7 @@ use bevy_field_patterns::{
     wave::{
         Pattern,
         layout::GEOMETRY_BUFFER,
-        pose::{Pose, Rig, carry_directions, pose_vertices},
+        pose::{Pose, Rig, deformations, pose_vertices},
         quality,
         solver::solve_cpu,
     },
@@ -233,7 +233,10 @@ fn given_directions_are_carried_along() {
     let (rest, posed) = (graph(&app, instance.entity), posed_graph(&app, instance.entity));
     let empty = Mesh::new(bevy::mesh::PrimitiveTopology::TriangleList, default());
     let at_rest = directions(&field, Symmetry::Vector, 0.0, &rest, &empty).unwrap();
-    let apart = farthest(&d, &carry_directions(&rest, &posed, &at_rest));
+    let maps = deformations(&rest, &posed);
+    let carry = |i: usize| project_tangent((maps[i] * at_rest[i]).normalize_or_zero(), posed.normals[i]);
+    let carried: Vec<Vec3> = (0..d.len()).map(carry).collect();
+    let apart = farthest(&d, &carried);
     assert!(apart < 1e-3, "{apart}");
     let only_projected: Vec<Vec3> = at_rest
         .iter()

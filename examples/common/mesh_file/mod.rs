@@ -198,7 +198,7 @@ pub fn to_bevy_mesh(raw: &RawMesh) -> Mesh {
 ///
 /// `Mesh::compute_smooth_normals` takes the corners of triangles with sides below about 0.02 for degenerate, which
 /// leaves a fine mesh without normals. This does not depend on the unit of length.
-fn smooth_normals(raw: &RawMesh) -> Vec<Vec3> {
+pub fn smooth_normals(raw: &RawMesh) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; raw.positions.len()];
     for &triangle in &raw.triangles {
         let corners = triangle.map(|vertex| raw.positions[vertex as usize]);

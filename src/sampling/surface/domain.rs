@@ -83,8 +83,11 @@ impl Domain {
     }
 }
 
-/// Every metric is finite and positive definite.
+/// The graph has triangles; every metric is finite and positive definite.
 fn check(graph: &SurfaceGraph, metrics: &[SymmetricMat3]) -> Result<(), PatternError> {
+    if graph.is_cloud() {
+        return Err(PatternError::Topology("PointList".into()));
+    }
     let (found, expected) = (metrics.len(), graph.len());
     if found != expected {
         let what = "metrics";

@@ -2,10 +2,11 @@
 //! goes with its entity or its field.
 
 use super::{
-    Changed, Inputs, Pattern, PatternedItem, Phase, Tools,
+    Changed, Creases, Inputs, Pattern, PatternedItem, Phase, Tools,
+    creases::update_creases,
     graphs::pack,
-    inputs::update_inputs,
-    live::{Live, Rigged, update_live},
+    inputs::{self, update_inputs},
+    live::{Live, Rigged},
 };
 use crate::{
     error::PatternError,
@@ -14,10 +15,11 @@ use crate::{
     wave::{
         arena::{PatternArena, Pool},
         layout::FLAG_READY,
-        pack::{PackedGraph, PatternRanges, RECORD_WORDS},
+        pack::{Extent, PackedGraph, PatternRanges, RECORD_WORDS},
         pose::{JOINT, MORPH_WEIGHT},
         settings::ColdStart,
         state::{PatternFailed, PatternState, RestartPattern},
+        waves::{Coupling, Waves},
     },
 };
 use bevy::{
@@ -35,9 +37,12 @@ impl Pattern {
         rigged: Option<Rigged>,
         tools: &mut Tools,
     ) -> Result<Self, PatternError> {
-        let local = matches!(tools.settings.cold_start, ColdStart::Local(_));
-        let own_geometry = inputs.linear.is_some() || rigged.is_some();
-        let (mut ranges, mut record, levels) = PatternRanges::new(&graph, &mut tools.arena, own_geometry, local)?;
+        let extent = Extent {
+            waves: inputs.coupling.waves.count() as u32,
+            own_geometry: inputs.linear.is_some() || rigged.is_some(),
+            local: matches!(tools.settings.cold_start, ColdStart::Local(_)),
+        };
+        let (mut ranges, mut record, levels) = PatternRanges::new(&graph, &mut tools.arena, extent)?;
         let live = rigged.map(|rigged| Live::new(rigged, &graph, &mut ranges, &mut tools.arena));
         let live = live.transpose().inspect_err(|_| ranges.free(&mut tools.arena))?;
         record.pose_base = live.as_ref().map_or(0, Live::base);
@@ -50,10 +55,10 @@ impl Pattern {
             geometry: surface.geometry,
             inputs,
             live,
-            directions: Vec::new(),
-            uploaded: false,
-            task: None,
-            outdated: false,
+            sources: default(),
+            creases: Creases::default(),
+            behind: false,
+            waited: 0,
             phase: Phase::Waiting,
         };
         pattern.write_record(&mut tools.arena);
@@ -68,10 +73,15 @@ pub(super) fn update_pattern(
     tools: &mut Tools,
     fresh: bool,
 ) -> Result<Changed, PatternError> {
-    let symmetry = item
-        .symmetry
-        .as_ref()
-        .map_or_else(|| item.field.default_symmetry(), |symmetry| **symmetry);
+    let waves = item.waves.as_ref().map_or_else(Waves::default, |waves| **waves);
+    waves.check()?;
+    let symmetry = match (waves, &item.symmetry) {
+        // Which of its waves a phase belongs to is told apart no better than by a line.
+        (Waves::Cross, _) => Symmetry::Line,
+        (_, Some(symmetry)) => **symmetry,
+        (_, None) => item.field.default_symmetry(),
+    };
+    let coupling = Coupling { waves, symmetry };
     if let (Some(style), Symmetry::Line) = (item.needs_vector, symmetry) {
         return Err(PatternError::NeedsVectorSymmetry(style.0));
     }
@@ -82,9 +92,18 @@ pub(super) fn update_pattern(
         || item.field.is_changed()
         || item.frequency.is_changed()
         || item.symmetry.as_ref().is_some_and(|symmetry| symmetry.is_changed())
+        || item.waves.as_ref().is_some_and(|waves| waves.is_changed())
         || item.turn.as_ref().is_some_and(|turn| turn.is_changed())
+        || item.crease.as_ref().is_some_and(|crease| crease.is_changed())
+        || item.crease.is_none() && is_crease_error(&item.state)
         || item.space.as_ref().is_some_and(|space| space.is_changed())
         || item.pose.as_ref().is_some_and(|pose| pose.is_changed())
+        || item.scalars.as_ref().is_some_and(|scalars| scalars.is_changed())
+        || item
+            .pattern
+            .as_ref()
+            .is_some_and(|pattern| item.scalars.is_none() && pattern.sources.has_scalars())
+        || inputs::look_around(item)
         || matches!(&*item.state, PatternState::Failed(error) if may_pass(error));
     let own_mesh = item.meshes.is_some_and(|meshes| meshes.drawn == item.mesh.0);
     if !own_mesh && let Some(pattern) = item.pattern.as_mut() {
@@ -125,10 +144,10 @@ pub(super) fn update_pattern(
     let rigged = Rigged::of(item, &surface, source.id(), in_world, tools)?;
     let linear = item
         .transform
-        .filter(|_| in_world && rigged.is_none())
+        .filter(|_| in_world)
         .map(|transform| transform.affine().matrix3);
     let inputs = Inputs {
-        symmetry,
+        coupling,
         turn: item.turn.as_ref().map_or(0.0, |turn| turn.0),
         linear,
     };
@@ -137,7 +156,10 @@ pub(super) fn update_pattern(
             (Some(live), Some(rigged)) => live.fits(rigged),
             (live, rigged) => live.is_none() && rigged.is_none(),
         };
-        pattern.topology == surface.topology && same_memory && pattern.inputs.linear.is_some() == linear.is_some()
+        pattern.topology == surface.topology
+            && same_memory
+            && pattern.inputs.linear.is_some() == linear.is_some()
+            && pattern.inputs.coupling.waves.count() == waves.count()
     });
     if !current || fresh || !own_mesh {
         // The tag of a cloned pattern is nobody's.
@@ -155,10 +177,8 @@ pub(super) fn update_pattern(
         }
         let mut pattern = Pattern::new(graph, &surface, inputs, rigged.clone(), tools)?;
         // Bad input leaves a pattern that waits for a better one.
-        let updated = match rigged {
-            Some(rigged) => update_live(&mut pattern, item, &surface, inputs, source.id(), tools, rigged, true),
-            None => update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, true),
-        };
+        let updated = update_creases(&mut pattern, item, &surface, tools)
+            .and_then(|_| update_inputs(&mut pattern, item, &surface, inputs, source.id(), rigged, tools, true));
         let tag = pattern.ranges.record;
         let meshes = PatternMesh {
             source: source.clone(),
@@ -176,7 +196,7 @@ pub(super) fn update_pattern(
                 Ok(mut entity) if entity.contains::<DirectionField>() => {
                     entity.insert((pattern, MeshTag(tag), drawn, meshes));
                 }
-                _ => pattern.ranges.free(&mut world.resource_mut::<PatternArena>()),
+                _ => pattern.free(&mut world.resource_mut::<PatternArena>()),
             }
         });
         updated?;
@@ -186,12 +206,18 @@ pub(super) fn update_pattern(
     let Some(mut pattern) = item.pattern.take() else {
         return Ok(Changed::Waiting);
     };
-    let changed = match rigged {
-        Some(rigged) => update_live(&mut pattern, item, &surface, inputs, source.id(), tools, rigged, false),
-        None => update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, false),
-    };
+    let creased = update_creases(&mut pattern, item, &surface, tools);
+    let changed = update_inputs(&mut pattern, item, &surface, inputs, source.id(), rigged, tools, false);
     item.pattern = Some(pattern);
-    changed
+    match (changed?, creased?) {
+        (Changed::Nothing, true) => Ok(Changed::Inputs),
+        (changed, _) => Ok(changed),
+    }
+}
+
+/// The entity has failed because of a [`CreasePhase`](crate::wave::CreasePhase), which may be gone since.
+fn is_crease_error(state: &PatternState) -> bool {
+    matches!(state, PatternState::Failed(PatternError::OutOfRange { what, .. }) if what.starts_with("CreasePhase"))
 }
 
 /// What may be over without a change that is seen.
@@ -255,8 +281,12 @@ pub(super) fn release(mut world: DeferredWorld, context: HookContext) {
     let Some(mut pattern) = world.get_mut::<Pattern>(context.entity) else {
         return;
     };
-    let mut ranges = std::mem::take(&mut pattern.ranges);
+    let (mut ranges, mut sources) = (
+        std::mem::take(&mut pattern.ranges),
+        std::mem::take(&mut pattern.sources),
+    );
     if let Some(mut arena) = world.get_resource_mut::<PatternArena>() {
         ranges.free(&mut arena);
+        sources.free(&mut arena);
     }
 }

@@ -1,25 +1,20 @@
 //! Patterns on surfaces that move.
 //!
-//! In: an entity's pose, field and frequency. Out: its pose in the shared buffers whenever it has changed, and once what its
-//! directions are made from. All else is done on the GPU.
+//! In: the pose of an entity. Out: its pose in the shared buffers whenever it has changed; all else is done on the GPU.
 
-use super::{
-    Changed, Inputs, Pattern, PatternedItem, Phase, Tools,
-    inputs::{check_turn, check_uniform},
-};
+use super::{PatternedItem, Tools};
 use crate::{
     error::PatternError,
-    field::{DirectionField, Frequency, Principal, directions, frequencies},
     surface::{Surface, SurfaceGraph},
     wave::{
         arena::{PatternArena, Pool},
-        layout::{FLAG_AXIS, POSE_AXIS, POSE_MINOR, PoseRecord},
+        layout::PoseRecord,
         pack::{PackedGraph, PatternRanges},
-        pose::{PackedRig, PatternPose, Pose, Posed},
+        pose::{PackedRig, PatternPose, Pose},
     },
 };
 use bevy::{math::Affine3A, prelude::*};
-use std::{f32::consts::FRAC_PI_2, sync::Arc};
+use std::sync::Arc;
 
 const POSE_WORDS: u32 = (size_of::<PoseRecord>() / 4) as u32;
 
@@ -43,9 +38,10 @@ impl Rigged {
         if item.pose.as_ref().is_none_or(|pose| **pose == PatternPose::Rest) {
             return Ok(None);
         }
-        let Some(graph) = tools.graphs.get(&surface.graph) else {
-            return Err(PatternError::MeshDataTaken);
-        };
+        let graph = tools.graphs.get(&surface.graph).ok_or(PatternError::MeshDataTaken)?;
+        if graph.is_cloud() {
+            return Err(PatternError::LiveCloud);
+        }
         let source = tools.meshes.get(mesh);
         let rig = tools.rigs.pack(surface, mesh, source, graph, &mut tools.arena)?;
         let skin = item.skin.filter(|skin| rig.skin_base != 0 && !skin.joints.is_empty());
@@ -63,18 +59,17 @@ impl Rigged {
 /// A pattern's surface as it moves.
 pub(super) struct Live {
     rig: Arc<PackedRig>,
-    record: PoseRecord,
-    /// Word of the surface buffer where the record lies.
+    skinned: bool,
+    /// Word of the surface buffer where the pose lies.
     base: u32,
     /// As uploaded last.
     pose: Pose,
     /// Half the diagonal of the mesh.
     size: f32,
-    curvature: bool,
 }
 
 impl Live {
-    /// Takes an entity's ranges for its pose.
+    /// Takes an entity's memory for its pose.
     pub(super) fn new(
         rigged: Rigged,
         graph: &PackedGraph,
@@ -92,16 +87,15 @@ impl Live {
             rest_base: graph.geometry.start,
             corner_offset_base: rig.corner_offset_base,
             corner_base: rig.corner_base,
-            field_base: ranges.take(arena, Pool::Wave, 2 * graph.vertices)?,
-            ..PoseRecord::default()
+            pad: 0,
         };
+        arena.write(Pool::Surface, base, &[record]);
         Ok(Self {
             rig,
-            record,
+            skinned,
             base,
             pose,
             size: 0.0,
-            curvature: false,
         })
     }
 
@@ -112,149 +106,29 @@ impl Live {
     /// Whether another pose fits into the same memory.
     pub(super) fn fits(&self, rigged: &Rigged) -> bool {
         Arc::ptr_eq(&self.rig, &rigged.rig)
-            && (self.record.skin_base != 0) == rigged.skinned
+            && self.skinned == rigged.skinned
             && self.pose.matrices.len() == rigged.pose.matrices.len()
             && self.pose.weights.len() == rigged.pose.weights.len()
     }
-}
 
-impl Pattern {
-    /// Its part in what the GPU does for surfaces that have moved.
-    pub(super) fn posed(&self) -> Option<Posed> {
-        let live = self.live.as_ref()?;
-        Some(Posed {
-            member: self.member(),
-            curvature: live.curvature.then_some(live.record.smoothing),
-            carried: !live.curvature && self.record.flags & FLAG_AXIS == 0,
-        })
-    }
-}
-
-/// Uploads the pose if it has changed, and what directions are made from if that has.
-pub(super) fn update_live(
-    pattern: &mut Pattern,
-    item: &PatternedItem,
-    surface: &Surface,
-    inputs: Inputs,
-    mesh: AssetId<Mesh>,
-    tools: &mut Tools,
-    Rigged { pose, .. }: Rigged,
-    fresh: bool,
-) -> Result<Changed, PatternError> {
-    let Some(live) = pattern.live.as_mut() else {
-        return Ok(Changed::Nothing);
-    };
-    let Some(graph) = tools.graphs.get(&surface.graph) else {
-        return Ok(Changed::Waiting);
-    };
-    let reshaped = fresh || pattern.geometry != surface.geometry;
-    let refielded = reshaped
-        || pattern.phase == Phase::Waiting
-        || pattern.inputs != inputs
-        || item.field.is_changed()
-        || item.frequency.is_changed();
-    if reshaped {
-        live.size = half_diagonal(&graph.positions);
-    }
-    let moved = reshaped || !live.pose.is_near(&pose, live.size);
-    pattern.geometry = surface.geometry;
-    pattern.inputs = inputs;
-    if !moved && !refielded {
-        return Ok(Changed::Nothing);
-    }
-    if moved {
-        live.pose = pose;
-        let words = live.pose.words();
-        tools.arena.write(Pool::Surface, live.base + POSE_WORDS, &words);
-    }
-    if refielded {
-        let source = tools.meshes.get(mesh);
-        update_field(pattern, item, inputs, graph, source, &mut tools.arena)?;
-    } else {
-        let axis = pattern.record.flags & FLAG_AXIS;
-        pattern.begin_directions(pattern.symmetry());
-        pattern.record.flags |= axis;
-    }
-    pattern.write_record(&mut tools.arena);
-    if pattern.phase == Phase::Waiting {
-        pattern.phase = Phase::Cold;
-    }
-    Ok(Changed::Inputs)
-}
-
-/// Tells the GPU what directions are made from.
-fn update_field(
-    pattern: &mut Pattern,
-    item: &PatternedItem,
-    inputs: Inputs,
-    graph: &SurfaceGraph,
-    mesh: Option<&Mesh>,
-    arena: &mut PatternArena,
-) -> Result<(), PatternError> {
-    let (field, symmetry) = (&*item.field, inputs.symmetry);
-    check_turn(inputs.turn)?;
-    let mut turn = inputs.turn;
-    let (mut flags, mut axis, mut smoothing) = (0, None, None);
-    let mut at_rest = Vec::new();
-    if let DirectionField::Axis(direction) = *field {
-        check_uniform(direction, 0.0, inputs.turn)?;
-        axis = Some(direction);
-    }
-    let uniform = match (axis, &*item.frequency) {
-        (Some(axis), Frequency::Uniform(f)) => {
-            check_uniform(axis, *f, inputs.turn)?;
-            Some(*f)
+    /// Uploads a pose if it is another one; whether it is. `reshaped`: the mesh at rest is another one.
+    pub(super) fn update(
+        &mut self,
+        rigged: Rigged,
+        reshaped: bool,
+        graph: Option<&SurfaceGraph>,
+        arena: &mut PatternArena,
+    ) -> bool {
+        if reshaped {
+            self.size = graph.map_or(0.0, |graph| half_diagonal(&graph.positions));
         }
-        _ => None,
-    };
-    if uniform.is_none() {
-        let source = mesh.ok_or(PatternError::MeshDataTaken)?;
-        let given = match field {
-            DirectionField::Axis(axis) => {
-                flags |= POSE_AXIS;
-                vec![**axis; graph.len()]
-            }
-            DirectionField::PrincipalCurvature {
-                direction,
-                smoothing: steps,
-            } => {
-                smoothing = Some(*steps);
-                flags |= if *direction == Principal::Minor { POSE_MINOR } else { 0 };
-                vec![Vec3::ZERO; graph.len()]
-            }
-            // Contour lines are carried along by a deformation; the gradient is across them.
-            DirectionField::Gradient {
-                attribute,
-                quarter_turn,
-            } => {
-                turn -= if *quarter_turn { 0.0 } else { FRAC_PI_2 };
-                let contours = DirectionField::Gradient {
-                    attribute: *attribute,
-                    quarter_turn: true,
-                };
-                directions(&contours, symmetry, 0.0, graph, source)?
-            }
-            _ => directions(field, symmetry, 0.0, graph, source)?,
-        };
-        let frequencies = frequencies(&item.frequency, graph, source)?;
-        at_rest = given.iter().zip(&frequencies).map(|(d, &f)| d.extend(f)).collect();
+        if !reshaped && self.pose.is_near(&rigged.pose, self.size) {
+            return false;
+        }
+        self.pose = rigged.pose;
+        arena.write(Pool::Surface, self.base + POSE_WORDS, &self.pose.words());
+        true
     }
-    let Some(live) = pattern.live.as_mut() else {
-        return Ok(());
-    };
-    live.curvature = smoothing.is_some();
-    live.record.smoothing = smoothing.unwrap_or(0);
-    live.record.flags = flags;
-    arena.write(Pool::Surface, live.base, &[live.record]);
-    arena.write(Pool::Wave, live.record.field_base, &at_rest);
-    pattern.begin_directions(symmetry);
-    pattern.record.turn = turn;
-    if let (Some(axis), Some(frequency)) = (axis, uniform) {
-        pattern.record.flags |= FLAG_AXIS;
-        pattern.record.axis = axis.to_array();
-        pattern.record.frequency = frequency;
-    }
-    Ok(())
 }
 
 fn half_diagonal(positions: &[Vec3]) -> f32 {

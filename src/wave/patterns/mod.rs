@@ -3,44 +3,52 @@
 //! In: surfaces, fields and frequencies of all entities, and what changed in them. Out: a [`Frame`] for the GPU. A
 //! pattern starts cold, follows changes warm, comes to rest, and then costs nothing.
 
+mod budget;
+mod creases;
 mod graphs;
 mod inputs;
 mod life;
 mod live;
 mod schedule;
 
+pub(crate) use budget::Pace;
 pub(crate) use graphs::{PackedGraphs, request_surfaces, update_graphs};
+pub(crate) use inputs::{BufferWatch, watch_buffers};
 pub(crate) use life::{remove_pattern, restart};
 
 use super::{
     arena::{PatternArena, Pool},
+    crease::CreasePhase,
     frame::Frame,
     layout::{FLAG_READY, LevelRecord, PatternRecord},
     pack::{PackedGraph, PatternRanges},
-    plan::{Member, Work, plan},
+    plan::{Member, Sweeps, Work, plan},
     pose::{PackedRigs, PatternPose, Skeletons},
     settings::{ColdStart, ValidSettings},
     state::{NeedsVector, PatternReady, PatternState},
     status::GpuStatus,
+    waves::{Coupling, Waves},
 };
 use crate::{
     arena::Pool as _,
     diagnostics::QualityReport,
-    error::PatternError,
-    field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
+    field::{DirectionField, FieldTime, FieldTurn, Frequency, PatternScalars, PatternSpace, Symmetry},
     surface::{PatternMesh, SurfaceCache, SurfaceGraph},
 };
 use bevy::{
+    diagnostic::DiagnosticsStore,
     ecs::{query::QueryData, system::SystemParam},
     math::Mat3A,
     mesh::{MeshTag, morph::MeshMorphWeights, skinning::SkinnedMesh},
     prelude::*,
-    tasks::Task,
 };
+use budget::{Budget, in_turn};
+use creases::Creases;
 use graphs::forget_unused;
+use inputs::{Sources, Surroundings};
 use life::{fail, release, update_pattern};
 use live::Live;
-use schedule::schedule;
+use schedule::{claim, serve};
 use std::{mem::discriminant, sync::Arc};
 
 /// The work that the render world has not taken yet.
@@ -60,28 +68,22 @@ pub struct Pattern {
     inputs: Inputs,
     /// The surface is posed on the GPU.
     live: Option<Live>,
-    /// Directions as last uploaded; empty where the GPU makes them.
-    directions: Vec<Vec3>,
-    /// Directions were uploaded, and the GPU has not taken them yet.
-    uploaded: bool,
-    task: Option<Task<Result<Directions, PatternError>>>,
-    /// The inputs have changed since the task began.
-    outdated: bool,
+    sources: Sources,
+    /// What the pins in the shared buffers were made from, where there are any.
+    creases: Creases,
+    /// Inputs have changed, and the GPU has not brought its own up to date yet.
+    behind: bool,
+    /// Frames since it was served, while it has something to do.
+    waited: u32,
     phase: Phase,
-}
-
-/// Directions, and what they mean.
-struct Directions {
-    vectors: Vec<Vec3>,
-    symmetry: Symmetry,
 }
 
 /// Small inputs, compared from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Inputs {
-    symmetry: Symmetry,
+    coupling: Coupling,
     turn: f32,
-    /// The entity's linear part, where the pattern lives in the world and the surface is not posed on the GPU.
+    /// The entity's linear part, where the pattern lives in the world.
     linear: Option<Mat3A>,
 }
 
@@ -93,6 +95,8 @@ enum Phase {
     Cold,
     /// Follows, for so many frames after the last change.
     Warm(u32),
+    /// Has so many sweeps left, and then sleeps.
+    Sweeping(Sweeps),
     /// Sleeps.
     Asleep,
 }
@@ -108,6 +112,17 @@ impl Pattern {
             record: self.ranges.record,
             graph: self.graph.clone(),
         }
+    }
+
+    /// Whether there are phasors, which refer to the directions that the GPU has.
+    fn is_solved(&self) -> bool {
+        matches!(self.phase, Phase::Warm(_) | Phase::Sweeping(_) | Phase::Asleep)
+    }
+
+    /// Gives back all memory.
+    fn free(&mut self, arena: &mut PatternArena) {
+        self.ranges.free(arena);
+        self.sources.free(arena);
     }
 
     fn is_drawn(&self) -> bool {
@@ -128,15 +143,20 @@ pub(crate) struct Patterned {
     field: Ref<'static, DirectionField>,
     frequency: Ref<'static, Frequency>,
     symmetry: Option<Ref<'static, Symmetry>>,
+    waves: Option<Ref<'static, Waves>>,
     turn: Option<Ref<'static, FieldTurn>>,
+    crease: Option<Ref<'static, CreasePhase>>,
     space: Option<Ref<'static, PatternSpace>>,
     pose: Option<Ref<'static, PatternPose>>,
     skin: Option<&'static SkinnedMesh>,
     morph: Option<&'static MeshMorphWeights>,
+    time: Option<&'static FieldTime>,
+    scalars: Option<Ref<'static, PatternScalars>>,
     transform: Option<&'static GlobalTransform>,
     tag: Option<&'static MeshTag>,
     needs_vector: Option<&'static NeedsVector>,
     meshes: Option<&'static PatternMesh>,
+    seen: Option<&'static ViewVisibility>,
     pattern: Option<&'static mut Pattern>,
     state: &'static mut PatternState,
 }
@@ -153,6 +173,7 @@ pub(crate) struct Tools<'w, 's> {
     graphs: Res<'w, Assets<SurfaceGraph>>,
     meshes: Res<'w, Assets<Mesh>>,
     settings: Res<'w, ValidSettings>,
+    around: Surroundings<'w, 's>,
 }
 
 /// Brings every pattern up to date and collects the work of the frame.
@@ -162,6 +183,8 @@ pub(crate) fn update_patterns(
     mut outbox: ResMut<Outbox>,
     status: Res<GpuStatus>,
     report: Res<QualityReport>,
+    mut pace: ResMut<Pace>,
+    diagnostics: Option<Res<DiagnosticsStore>>,
     mut generation: Local<u32>,
     mut cold_start: Local<Option<ColdStart>>,
 ) {
@@ -178,8 +201,7 @@ pub(crate) fn update_patterns(
         tools.packed.retire_all();
         tools.rigs.retire_all();
     }
-    let mut work = Work::default();
-    let mut ready = Vec::new();
+    let mut claims = Vec::new();
     for mut item in &mut patterns {
         if let Some(error) = status.error() {
             fail(&mut item, &mut tools, error);
@@ -187,8 +209,16 @@ pub(crate) fn update_patterns(
         }
         let fresh = lost || restart;
         match update_pattern(&mut item, &mut tools, fresh) {
-            Ok(changed) => schedule(&mut item, changed, &status, &mut work, &mut tools, &mut ready),
+            Ok(changed) => claims.extend(claim(&mut item, changed, &status)),
             Err(error) => fail(&mut item, &mut tools, error),
+        }
+    }
+    let mut work = Work::default();
+    let mut ready = Vec::new();
+    let mut budget = Budget::new(&tools.settings, &pace);
+    for claim in in_turn(claims) {
+        if let Ok(mut item) = patterns.get_mut(claim.entity) {
+            serve(&mut item, &mut budget, &mut work, &mut tools, &mut ready);
         }
     }
     if status.is_ready() {
@@ -199,6 +229,7 @@ pub(crate) fn update_patterns(
             work.reported = drawn.map(Pattern::member).collect();
         }
         plan(&work, &tools.settings, status.item(), &mut outbox.0);
+        pace.learn(&outbox.0, &status, diagnostics.as_deref());
     }
     outbox.0.generation = device;
     outbox.0.uploads.extend(tools.arena.take_uploads());

@@ -1,16 +1,16 @@
 // Principal curvature directions of a posed surface; the twin of `field/curvature.rs`, where the mathematics is explained.
-// Glossary in `passes.wgsl`; words of a pose in `layout.rs`.
+// Glossary in `passes.wgsl`.
 //
 // u            deviator of the shape operator in the frame (x, n x x) of a vertex, at twice the angle of the major direction
 // transport    unit complex number that takes u from an edge's source to its target
 //
 // Where edge constants will be, there are meanwhile: u of all vertices, u of all vertices after the next step of smoothing,
-// the measure of u, the transport of each edge.
+// the measure of u, the transport of each edge. The direction pass makes directions of them.
 
 #import bevy_field_patterns::kite::cmul
-#import bevy_field_patterns::layout::{POSE_MINOR, LevelRecord}
-#import bevy_field_patterns::passes::{step, surface, geometry, wave, edges, load_item, load_level, WORKGROUP}
-#import bevy_field_patterns::tangent::{any_tangent, store_turned}
+#import bevy_field_patterns::layout::LevelRecord
+#import bevy_field_patterns::passes::{step, surface, geometry, edges, load_item, load_level, WORKGROUP}
+#import bevy_field_patterns::tangent::any_tangent
 
 // As in `curvature.rs`.
 const KEEP: f32 = 0.3;
@@ -131,30 +131,5 @@ fn smooth_lines(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
             sum += cmul(edges[turns + k], edges[from_u + surface[level.neighbor_base + k]]);
         }
         edges[to_u + i] = KEEP * edges[from_u + i] + (1.0 - KEEP) / f32(max(end - first, 1u)) * sum;
-    }
-}
-
-// The unit complex number at half the angle of u.
-fn half_angle(u: vec2<f32>) -> vec2<f32> {
-    let r = length(u);
-    if !(r > 1e-37) {
-        return vec2(1.0, 0.0);
-    }
-    let c = u / r;
-    return normalize(select(vec2(abs(c.y), select(1.0 - c.x, c.x - 1.0, c.y < 0.0)), vec2(1.0 + c.x, c.y), c.x > 0.0));
-}
-
-@compute @workgroup_size(64)
-fn curvature_directions(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let item = load_item(group);
-    let pose = surface[item.x + 26u];
-    let lines = load_level(item.x, 0u).edge_base + (surface[pose + 8u] % 2u) * surface[item.x];
-    let sign = select(1.0, -1.0, (surface[pose + 9u] & POSE_MINOR) != 0u);
-    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        let n = normal_of(item.x, i);
-        let x = any_tangent(n);
-        let h = half_angle(sign * edges[lines + i]);
-        let d = normalize(x * h.x + cross(n, x) * h.y);
-        store_turned(item.x, i, d, n, wave[surface[pose + 7u] + 2u * i + 1u].y);
     }
 }

@@ -2,14 +2,14 @@
 //!
 //! In: a graph, the joints and morph targets of its mesh ([`Rig`]), and in every frame a [`Pose`] of each entity. Out: the
 //! entity's own positions, normals and areas in the geometry buffer, and the directions of the surface as it is now: an
-//! axis is projected anew, principal curvature computed anew, and a field that was given at rest is carried along.
+//! axis is projected anew, principal curvature computed anew, and vectors that were given at rest are carried along.
 //!
 //! | pass | twin |
 //! |---|---|
 //! | `pose_vertices` | [`pose_vertices`] |
 //! | `pose_normals` | [`SurfaceGraph::update_positions`](crate::surface::SurfaceGraph::update_positions) |
-//! | `deviators`, `limit`, `transports`, `smooth_lines`, `curvature_directions` | [`directions`](crate::field::directions) of a principal curvature |
-//! | `carry_directions` | [`carry_directions`] |
+//! | `deviators`, `limit`, `transports`, `smooth_lines` | [`directions`](crate::field::directions) of a principal curvature |
+//! | `directions`, of vectors and tensors | [`deformations`] |
 //!
 //! Joint matrices come from the main world, a few hundred numbers per entity, not from Bevy's own buffer of them: that
 //! one knows visible entities only, changes places in every frame, and is filled when it is too late to find out that
@@ -22,10 +22,9 @@ mod rigs;
 mod twin;
 
 pub(crate) use motion::{JOINT, MORPH_WEIGHT, Skeletons, take_over_again};
-pub(crate) use plan::Posed;
 pub use rig::{Pose, Rig};
 pub(crate) use rigs::{PackedRig, PackedRigs};
-pub use twin::{carry_directions, pose_vertices};
+pub use twin::{deformations, pose_vertices};
 
 use bevy::prelude::*;
 
@@ -47,7 +46,8 @@ pub enum PatternPose {
     /// grows and shrinks. Vertices are posed on the GPU and the pattern follows in every frame in which the pose changes;
     /// while it does not, nothing is computed. It makes no difference whether the entity is seen.
     ///
-    /// An axis is projected onto the moving surface, principal curvature is computed anew, and all other fields are
-    /// carried along by the deformation. The mesh's data must stay in the main world, as those of attributes.
+    /// An axis and vortices are taken on the moving surface, principal curvature is computed anew, and vectors, tensors and
+    /// contour lines that belong to the mesh are carried along by the deformation. The mesh's data must stay in the main
+    /// world, as for attributes. A point cloud cannot be posed: [`PatternError::LiveCloud`](crate::error::PatternError).
     Live,
 }

@@ -1,0 +1,86 @@
+//! A creature that walks and breathes: skin, morph targets, animation and field come from one glTF file.
+//!
+//! ```sh
+//! cargo run --example striped_character
+//! cargo run --example striped_character -- --screenshot striped_character.png
+//! ```
+
+mod common;
+
+use bevy::{gltf::GltfAssetLabel, prelude::*, world_serialization::WorldAssetRoot};
+use bevy_field_patterns::prelude::*;
+use clap::Parser;
+use common::{
+    args::{OutputArgs, run},
+    clock::Clock,
+    gltf::{FIELD_ATTRIBUTE, register_scene_types},
+    scene::{Subject, View},
+};
+use std::process::ExitCode;
+
+const MODEL: &str = "models/creature.glb";
+
+/// Stripes on an animated character.
+#[derive(Parser)]
+struct Cli {
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// The animation of the file.
+#[derive(Resource)]
+struct Walk(Handle<AnimationGraph>, AnimationNodeIndex);
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    run("A striped character", &cli.output, |app| {
+        register_scene_types(app);
+        app.add_plugins(FieldPatternsPlugin)
+            .insert_resource(View(Vec3::new(1.0, 0.25, 0.75)))
+            .add_systems(Startup, setup)
+            .add_systems(Update, walk);
+        Clock::start(app, &cli.output, 0.5, 0.2);
+        Ok(())
+    })
+}
+
+fn setup(mut commands: Commands, server: Res<AssetServer>, mut graphs: ResMut<Assets<AnimationGraph>>) {
+    let clip = server.load(GltfAssetLabel::Animation(0).from_asset(MODEL));
+    let (graph, node) = AnimationGraph::from_clip(clip);
+    commands.insert_resource(Walk(graphs.add(graph), node));
+    let scene = server.load(GltfAssetLabel::Scene(0).from_asset(MODEL));
+    commands.spawn((
+        Subject,
+        WorldAssetRoot(scene),
+        PatternScene {
+            // Along the limbs, so that stripes lie around them.
+            field: DirectionField::Attribute(FIELD_ATTRIBUTE),
+            frequency: Frequency::Uniform(8.0),
+            style: Stripes {
+                color: LinearRgba::from(Srgba::rgb(0.16, 0.09, 0.05)),
+                duty: 0.38,
+                softness: 0.1,
+                ..default()
+            },
+            ..default()
+        },
+    ));
+}
+
+/// Keeps the animation at the clock's time.
+fn walk(
+    clock: Res<Clock>,
+    walk: Res<Walk>,
+    mut players: Query<(Entity, &mut AnimationPlayer)>,
+    mut commands: Commands,
+) {
+    for (entity, mut player) in &mut players {
+        if !player.is_playing_animation(walk.1) {
+            commands.entity(entity).insert(AnimationGraphHandle(walk.0.clone()));
+            player.play(walk.1).repeat().set_speed(0.0);
+        }
+        if let Some(animation) = player.animation_mut(walk.1) {
+            animation.seek_to(clock.seconds % common::creature_walk::STRIDE);
+        }
+    }
+}

@@ -1,0 +1,530 @@
+//! Every source of directions against its twin on the CPU.
+
+use crate::common::{self, add_mesh, app, graph, settle, shapes, update, wave};
+use bevy::{
+    asset::RenderAssetUsages,
+    core_pipeline::schedule::camera_driver,
+    mesh::{MeshVertexAttribute, VertexFormat},
+    prelude::*,
+    render::{
+        RenderApp,
+        render_asset::RenderAssets,
+        render_resource::BufferUsages,
+        renderer::{RenderContext, RenderGraph, RenderGraphSystems},
+        storage::{GpuShaderBuffer, ShaderBuffer},
+    },
+};
+use bevy_field_patterns::{
+    field::*,
+    prelude::*,
+    surface::SurfaceGraph,
+    wave::{Pattern, PatternRenderSystems, SolverCounters, layout::WAVE_BUFFER},
+};
+use std::sync::Arc;
+
+const DIAGONAL: MeshVertexAttribute = MeshVertexAttribute::new("Test_Diagonal", 8_822_001, VertexFormat::Float32x3);
+const OFF_DIAGONAL: MeshVertexAttribute = MeshVertexAttribute::new("Test_Off", 8_822_002, VertexFormat::Float32x3);
+
+fn torus() -> common::mesh_file::RawMesh {
+    shapes::torus(70, 36, 1.0, 0.4, 0.25, 5)
+}
+
+/// A place that is shifted, turned and scaled differently along its axes.
+fn place() -> Transform {
+    Transform::from_xyz(1.0, -2.0, 0.5)
+        .with_rotation(Quat::from_euler(EulerRot::XYZ, 0.3, 0.8, -0.4))
+        .with_scale(Vec3::new(1.5, 2.0, 1.0))
+}
+
+/// The graph of an entity in the space of its pattern.
+fn graph_in(app: &App, entity: Entity, space: PatternSpace) -> SurfaceGraph {
+    let mut graph = graph(app, entity);
+    if space == PatternSpace::World {
+        let linear = place().compute_affine().matrix3;
+        let cofactors = linear.inverse().transpose();
+        graph.positions.iter_mut().for_each(|p| *p = linear * *p);
+        graph.normals.iter_mut().for_each(|n| *n = (cofactors * *n).normalize());
+    }
+    graph
+}
+
+/// The share of vertices where two fields are more than a degree apart, as vectors, as lines or as crosses.
+fn share_off(a: &[Vec3], b: &[Vec3], graph: &SurfaceGraph, symmetry: u32) -> f32 {
+    assert_eq!(a.len(), b.len());
+    let off = a.iter().zip(b).zip(&graph.normals).filter(|((a, b), n)| {
+        let (cos, sin) = (a.dot(**b), a.dot(n.cross(**b)));
+        let fits = match symmetry {
+            1 => cos,
+            2 => cos.abs(),
+            _ => cos.abs().max(sin.abs()),
+        };
+        // Not >=, which would let NaN pass.
+        !(fits > 1.0_f32.to_radians().cos())
+    });
+    off.count() as f32 / a.len() as f32
+}
+
+fn near(app: &App, entity: Entity, twin: &[Vec3], symmetry: u32) {
+    let graph = graph(app, entity);
+    let off = share_off(&wave(app, entity).0, twin, &graph, symmetry);
+    assert!(off < 2e-3, "{off}");
+}
+
+fn spawn(app: &mut App, raw: &common::mesh_file::RawMesh, bundle: impl Bundle) -> Entity {
+    let mesh = add_mesh(app, raw);
+    app.world_mut()
+        .spawn((Mesh3d(mesh), Frequency::Uniform(3.0), place(), bundle))
+        .id()
+}
+
+#[test]
+fn vortices_flow_as_the_twin_says() {
+    for space in [PatternSpace::Mesh, PatternSpace::World] {
+        let mut app = app();
+        let vortices = [
+            Vortex {
+                strength: 2.0,
+                radius: 0.5,
+                ..default()
+            },
+            Vortex {
+                sense: Sense::Clockwise,
+                falloff: Falloff::Gaussian,
+                radius: 0.8,
+                ..default()
+            },
+        ];
+        let places = [Vec3::new(2.2, -1.5, 0.0), Vec3::new(0.5, -3.0, 1.0)];
+        let cores: Vec<Entity> = vortices
+            .iter()
+            .zip(places)
+            .map(|(&vortex, at)| app.world_mut().spawn((vortex, Transform::from_translation(at))).id())
+            .collect();
+        let base = Vec3::new(0.0, 0.4, 0.1);
+        let field = |cores| DirectionField::Vortices(VortexField { base, cores });
+        let spawned = (field(VortexCores::All), FieldTurn(0.3), space);
+        let entity = spawn(&mut app, &torus(), spawned);
+        settle(&mut app);
+        let graph = graph_in(&app, entity, space);
+        let affine = place().compute_affine();
+        let twin = |places: &[Vec3]| {
+            let cores: Vec<VortexCore> = vortices
+                .iter()
+                .zip(places)
+                .map(|(vortex, &at)| match space {
+                    PatternSpace::Mesh => {
+                        let scale = affine.matrix3.determinant().cbrt().recip();
+                        VortexCore::new(vortex, affine.inverse().transform_point3(at), scale).unwrap()
+                    }
+                    PatternSpace::World => VortexCore::new(vortex, at - place().translation, 1.0).unwrap(),
+                })
+                .collect();
+            vortex_directions(&cores, base, 0.3, &graph)
+        };
+        near(&app, entity, &twin(&places), 1);
+        // The comparison can fail: a core elsewhere shows, until it is there.
+        let moved = [places[0], Vec3::new(1.5, -3.0, 0.2)];
+        let off = share_off(&wave(&app, entity).0, &twin(&moved), &graph, 1);
+        assert!(off > 0.1, "{off}");
+        let core = Transform::from_translation(moved[1]);
+        app.world_mut().entity_mut(cores[1]).insert(core);
+        update(&mut app);
+        near(&app, entity, &twin(&moved), 1);
+        // One core of the two.
+        let one = field(VortexCores::These(vec![cores[0]]));
+        app.world_mut().entity_mut(entity).insert(one);
+        update(&mut app);
+        near(&app, entity, &twin(&moved[..1]), 1);
+        // A core that goes is an error, and one that comes back mends it.
+        app.world_mut().entity_mut(cores[0]).remove::<Vortex>();
+        update(&mut app);
+        let state = app.world().get::<PatternState>(entity).unwrap();
+        assert!(
+            matches!(state, PatternState::Failed(PatternError::MissingEntity { .. })),
+            "{state:?}"
+        );
+        app.world_mut().entity_mut(cores[0]).insert(Vortex {
+            radius: f32::NAN,
+            ..vortices[0]
+        });
+        update(&mut app);
+        let state = app.world().get::<PatternState>(entity).unwrap();
+        assert!(
+            matches!(state, PatternState::Failed(PatternError::OutOfRange { .. })),
+            "{state:?}"
+        );
+        app.world_mut().entity_mut(cores[0]).insert(vortices[0]);
+        settle(&mut app);
+        near(&app, entity, &twin(&moved[..1]), 1);
+    }
+}
+
+/// A smooth tensor at p.
+fn tensor(p: Vec3) -> SymmetricTensor {
+    SymmetricTensor {
+        diagonal: Vec3::new(2.0 + p.x, 1.0 - p.y * p.z, 3.0 * p.z),
+        off_diagonal: Vec3::new(p.x * p.y, 0.5, p.z - p.x),
+    }
+}
+
+#[test]
+fn tensors_give_eigenvectors_and_eigenvalues_as_the_twin_says() {
+    let raw = torus();
+    let mesh = |app: &mut App| {
+        let mut mesh = common::mesh_file::to_bevy_mesh(&raw);
+        let tensors: Vec<_> = raw.positions.iter().map(|&p| tensor(p)).collect();
+        let list = |of: fn(&SymmetricTensor) -> Vec3| tensors.iter().map(|t| of(t).to_array()).collect::<Vec<_>>();
+        mesh.insert_attribute(DIAGONAL, list(|t| t.diagonal));
+        mesh.insert_attribute(OFF_DIAGONAL, list(|t| t.off_diagonal));
+        app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh)
+    };
+    for space in [PatternSpace::Mesh, PatternSpace::World] {
+        let mut app = app();
+        let field = |eigenvector| {
+            DirectionField::Tensor(TensorField {
+                diagonal: DIAGONAL,
+                off_diagonal: OFF_DIAGONAL,
+                eigenvector,
+            })
+        };
+        let handle = mesh(&mut app);
+        let spawned = (Mesh3d(handle), field(Eigenvector::Major), space, place());
+        let entity = app.world_mut().spawn(spawned).id();
+        settle(&mut app);
+        let graph = graph_in(&app, entity, space);
+        let linear = place().compute_affine().matrix3;
+        let tensors: Vec<_> = common::graph(&app, entity)
+            .positions
+            .iter()
+            .map(|&p| tensor(p))
+            .collect();
+        let tensors: Vec<_> = match space {
+            PatternSpace::Mesh => tensors,
+            PatternSpace::World => tensors.iter().map(|t| t.carried(linear)).collect(),
+        };
+        let (major, values) = tensor_directions(&tensors, Eigenvector::Major, 0.0, &graph);
+        let (medium, _) = tensor_directions(&tensors, Eigenvector::Medium, 0.0, &graph);
+        let off = share_off(&wave(&app, entity).0, &major, &graph, 2);
+        assert!(off < 2e-3, "{off}");
+        let off = share_off(&wave(&app, entity).0, &medium, &graph, 2);
+        assert!(off > 0.2, "the comparison can fail: {off}");
+        let scalars = scalars_of(&app, entity);
+        let worst = scalars
+            .iter()
+            .zip(&values)
+            .map(|(a, b)| a.distance(*b))
+            .fold(0.0, f32::max);
+        assert!(worst < 1e-4, "{worst}");
+        app.world_mut().entity_mut(entity).insert(field(Eigenvector::Medium));
+        settle(&mut app);
+        let off = share_off(&wave(&app, entity).0, &medium, &graph, 2);
+        assert!(off < 2e-3, "{off}");
+    }
+}
+
+/// The scalars of an entity, read back.
+fn scalars_of(app: &App, entity: Entity) -> Vec<Vec2> {
+    let record = *app.world().get::<Pattern>(entity).expect("a pattern").record();
+    assert_ne!(record.scalar_base, 0);
+    let (first, len) = (8 * u64::from(record.scalar_base), 8 * u64::from(record.vertices));
+    let values = common::gpu::read::<f32>(app, &WAVE_BUFFER, first, len).expect("the wave buffer");
+    values.chunks_exact(2).map(|s| Vec2::new(s[0], s[1])).collect()
+}
+
+#[test]
+fn scalars_of_a_component_take_the_place_of_eigenvalues_and_solve_nothing() {
+    let mut app = app();
+    let raw = torus();
+    let list = |factor: f32| PatternScalars {
+        first: ScalarSource::Vertices(raw.positions.iter().map(|p| factor * p.x).collect()),
+        second: ScalarSource::None,
+    };
+    let entity = spawn(&mut app, &raw, (DirectionField::Axis(Dir3::Y), list(1.0)));
+    settle(&mut app);
+    update(&mut app);
+    for factor in [1.0, -2.0] {
+        app.world_mut().entity_mut(entity).insert(list(factor));
+        update(&mut app);
+        assert_eq!(app.world().resource::<SolverCounters>().dispatches(), 0);
+        for (scalars, p) in scalars_of(&app, entity).iter().zip(&graph(&app, entity).positions) {
+            assert_eq!(*scalars, Vec2::new(factor * p.x, 0.0));
+        }
+    }
+    app.world_mut().entity_mut(entity).insert(PatternScalars {
+        second: ScalarSource::Vertices(Arc::from(vec![1.0; 3])),
+        ..default()
+    });
+    update(&mut app);
+    let state = app.world().get::<PatternState>(entity).unwrap();
+    assert!(
+        matches!(state, PatternState::Failed(PatternError::WrongLength { .. })),
+        "{state:?}"
+    );
+    app.world_mut().entity_mut(entity).remove::<PatternScalars>();
+    settle(&mut app);
+    assert_eq!(app.world().get::<Pattern>(entity).unwrap().record().scalar_base, 0);
+    assert_eq!(app.world().get::<PatternState>(entity), Some(&PatternState::Converged));
+}
+
+#[test]
+fn fields_are_smoothed_as_the_twin_says() {
+    let raw = shapes::icosphere(4, 1.0);
+    let painted: Arc<[Vec3]> = raw
+        .positions
+        .iter()
+        .map(|p| {
+            if p.x.abs() > 0.9 {
+                4.0 * Vec3::new(0.0, p.z, 1.0)
+            } else {
+                Vec3::ZERO
+            }
+        })
+        .collect();
+    let mut app = app();
+    let field = |ring, smoothing, steps, quarter_turn| SmoothField {
+        ring,
+        smoothing,
+        align: Alignment::Painted(Painted::Vertices(painted.clone())),
+        weight: 2.0,
+        steps,
+        quarter_turn,
+    };
+    // One of them is smoothed more often, in the same dispatches.
+    let fields = [
+        field(FieldRing::Two, Smoothing::Intrinsic, 3, false),
+        field(FieldRing::Two, Smoothing::Extrinsic, 3, true),
+        field(FieldRing::Four, Smoothing::Intrinsic, 3, false),
+        field(FieldRing::Four, Smoothing::Extrinsic, 6, false),
+    ];
+    let entities: Vec<Entity> = fields
+        .iter()
+        .map(|field| spawn(&mut app, &raw, DirectionField::Smooth(field.clone())))
+        .collect();
+    settle(&mut app);
+    for (field, &entity) in fields.iter().zip(&entities) {
+        let graph = graph(&app, entity);
+        let symmetry = if field.ring == FieldRing::Two { 2 } else { 4 };
+        let twin = |field: &SmoothField| {
+            let constraints = smooth_constraints(field, &graph, &common::mesh_file::to_bevy_mesh(&raw)).unwrap();
+            smooth_directions(field, &constraints, 0.0, &graph)
+        };
+        let (d, ..) = wave(&app, entity);
+        let off = share_off(&d, &twin(field), &graph, symmetry);
+        assert!(off < 5e-3, "{field:?}: {off}");
+        let free = SmoothField {
+            weight: 0.0,
+            ..field.clone()
+        };
+        let off = share_off(&d, &twin(&free), &graph, symmetry);
+        assert!(off > 0.5, "the comparison can fail: {off}");
+    }
+    // Nothing is smoothed again for another frequency.
+    let before = app.world().resource::<SolverCounters>().dispatches();
+    app.world_mut().entity_mut(entities[3]).insert(Frequency::Uniform(3.1));
+    update(&mut app);
+    let after = app.world().resource::<SolverCounters>().dispatches();
+    assert!(after > 0 && after < 40, "{before} {after}");
+}
+
+#[test]
+fn snapshots_are_blended_as_the_twin_says() {
+    let raw = torus();
+    let swirl = |angle: f32| -> Arc<[Vec3]> {
+        let turn = Quat::from_rotation_x(angle);
+        raw.positions
+            .iter()
+            .map(|p| (1.0 + angle) * (turn * p.cross(Vec3::Y)) + 0.2 * Vec3::Y)
+            .collect()
+    };
+    let snapshots: Arc<[Snapshot]> = [(0.0, 0.0), (1.0, 0.5), (3.0, 1.6)]
+        .map(|(time, angle)| Snapshot {
+            time,
+            vectors: swirl(angle),
+        })
+        .into();
+    for symmetry in [Symmetry::Vector, Symmetry::Line] {
+        let mut app = app();
+        let spawned = (DirectionField::Snapshots(snapshots.clone()), symmetry, FieldTime(0.25));
+        let entity = spawn(&mut app, &raw, spawned);
+        settle(&mut app);
+        let graph = graph(&app, entity);
+        let twin = |time| snapshot_directions(&snapshots, time, symmetry, 0.0, &graph).unwrap();
+        let lines = if symmetry == Symmetry::Line { 2 } else { 1 };
+        let (mut last, mut shown) = (twin(0.25), 0.25);
+        near(&app, entity, &last, lines);
+        for time in [0.9, 1.0, 1.7, 2.9, 3.0, 8.0, 0.5, -1.0, 2.0] {
+            app.world_mut().entity_mut(entity).insert(FieldTime(time));
+            update(&mut app);
+            near(&app, entity, &twin(time), lines);
+            let off = share_off(&twin(time), &last, &graph, lines);
+            let far = (time.clamp(0.0, 3.0) - shown).abs() > 0.4;
+            assert!(!far || off > 0.2, "the comparison can fail at {time}: {off}");
+            (last, shown) = (twin(time), time.clamp(0.0, 3.0));
+        }
+        settle(&mut app);
+        app.world_mut().entity_mut(entity).insert(FieldTime(f32::NAN));
+        update(&mut app);
+        let state = app.world().get::<PatternState>(entity).unwrap();
+        assert!(
+            matches!(state, PatternState::Failed(PatternError::NotFinite { .. })),
+            "{state:?}"
+        );
+    }
+}
+
+/// A few frames, once the graph is there: what never sleeps does not settle.
+fn wait(app: &mut App, entity: Entity) {
+    let mut frames = 0;
+    while !app.world().entity(entity).contains::<Pattern>() {
+        update(app);
+        std::thread::sleep(std::time::Duration::from_millis(1));
+        frames += 1;
+        assert!(frames < 5000);
+    }
+    (0..4).for_each(|_| update(app));
+}
+
+/// A buffer of a user, and the one that the user's pass fills it from.
+#[derive(Resource, Clone)]
+struct Passed {
+    from: Handle<ShaderBuffer>,
+    to: Handle<ShaderBuffer>,
+}
+
+fn pass(mut context: RenderContext, passed: Res<Passed>, buffers: Res<RenderAssets<GpuShaderBuffer>>) {
+    if let (Some(from), Some(to)) = (buffers.get(&passed.from), buffers.get(&passed.to)) {
+        let size = from.buffer.size();
+        context
+            .command_encoder()
+            .copy_buffer_to_buffer(&from.buffer, 0, &to.buffer, 0, size);
+    }
+}
+
+#[test]
+fn buffers_are_read_after_the_users_pass_of_the_same_frame() {
+    let raw = torus();
+    let mut app = app();
+    let add = |app: &mut App, data: Vec<u8>, usage: BufferUsages| {
+        let mut buffer = ShaderBuffer::new(&data, RenderAssetUsages::default());
+        buffer.buffer_description.usage |= usage;
+        app.world_mut().resource_mut::<Assets<ShaderBuffer>>().add(buffer)
+    };
+    let vectors = |angle: f32| -> Vec<Vec4> {
+        let turn = Quat::from_rotation_z(angle);
+        raw.positions
+            .iter()
+            .map(|p| (3.0 * (turn * *p + Vec3::X)).extend(f32::NAN))
+            .collect()
+    };
+    let frequencies = |shift: f32| -> Vec<f32> { raw.positions.iter().map(|p| 4.0 + shift * p.x).collect() };
+    let bytes = |v: &[Vec4]| bytemuck::cast_slice(v).to_vec();
+    let from = add(&mut app, bytes(&vectors(0.0)), BufferUsages::COPY_SRC);
+    let to = add(&mut app, vec![0; 16 * raw.positions.len()], BufferUsages::COPY_DST);
+    let f = add(
+        &mut app,
+        bytemuck::cast_slice(&frequencies(1.0)).to_vec(),
+        BufferUsages::empty(),
+    );
+    let passed = Passed {
+        from: from.clone(),
+        to: to.clone(),
+    };
+    let render = app.sub_app_mut(RenderApp);
+    render.insert_resource(passed).add_systems(
+        RenderGraph,
+        pass.in_set(RenderGraphSystems::Render)
+            .before(PatternRenderSystems)
+            .before(camera_driver),
+    );
+    let spawned = (
+        Mesh3d(add_mesh(&mut app, &raw)),
+        DirectionField::Buffer(to.clone().into()),
+        Symmetry::Vector,
+        Frequency::Buffer(FieldBuffer {
+            buffer: f.clone(),
+            live: false,
+        }),
+    );
+    let entity = app.world_mut().spawn(spawned).id();
+    wait(&mut app, entity);
+    let graph = graph(&app, entity);
+    let twin = |angle: f32| {
+        let vectors: Vec<Vec3> = vectors(angle).iter().map(|v| v.truncate()).collect();
+        directions(
+            &DirectionField::Vertices(vectors.into()),
+            Symmetry::Vector,
+            0.0,
+            &graph,
+            &common::mesh_file::to_bevy_mesh(&raw),
+        )
+        .unwrap()
+    };
+    let near_frequencies = |app: &App, shift: f32| {
+        let ids = graph.first_vertices();
+        let wanted = frequencies(shift);
+        let (_, f, _) = wave(app, entity);
+        assert!(f.iter().zip(&ids).all(|(f, &id)| *f == wanted[id as usize]));
+    };
+    near(&app, entity, &twin(0.0), 1);
+    near_frequencies(&app, 1.0);
+    let write = |app: &mut App, handle: &Handle<ShaderBuffer>, data: Vec<u8>| {
+        let mut buffers = app.world_mut().resource_mut::<Assets<ShaderBuffer>>();
+        buffers.get_mut(handle).unwrap().data = Some(data);
+    };
+    for angle in [0.5, 1.0] {
+        write(&mut app, &from, bytes(&vectors(angle)));
+        // Read only on demand.
+        write(&mut app, &f, bytemuck::cast_slice(&frequencies(angle)).to_vec());
+        update(&mut app);
+        near(&app, entity, &twin(angle), 1);
+        let off = share_off(&twin(angle), &twin(angle - 0.5), &graph, 1);
+        assert!(off > 0.5, "the comparison can fail: {off}");
+    }
+    near_frequencies(&app, 1.0);
+    app.world_mut().get_mut::<Frequency>(entity).unwrap().set_changed();
+    update(&mut app);
+    near_frequencies(&app, 1.0_f32);
+}
+
+#[test]
+fn buffers_that_do_not_fit_are_errors_until_they_do() {
+    let raw = torus();
+    let mut app = app();
+    let buffer = |bytes: usize, usage| {
+        let mut buffer = ShaderBuffer::new(&vec![0; bytes], RenderAssetUsages::default());
+        buffer.buffer_description.usage = usage;
+        buffer
+    };
+    let right = 16 * raw.positions.len();
+    let usages = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+    let handle = app
+        .world_mut()
+        .resource_mut::<Assets<ShaderBuffer>>()
+        .add(buffer(right - 16, usages));
+    let entity = spawn(&mut app, &raw, DirectionField::Buffer(handle.clone().into()));
+    let state = |app: &mut App| {
+        wait(app, entity);
+        app.world().get::<PatternState>(entity).unwrap().clone()
+    };
+    let found = state(&mut app);
+    let PatternState::Failed(PatternError::BufferSize { found, needed, .. }) = found else {
+        panic!("{found:?}");
+    };
+    assert_eq!((found + 16, needed), (right as u64, right as u64));
+    let change = |app: &mut App, buffer| {
+        let mut buffers = app.world_mut().resource_mut::<Assets<ShaderBuffer>>();
+        *buffers.get_mut(&handle).unwrap() = buffer;
+    };
+    change(&mut app, buffer(right, BufferUsages::STORAGE | BufferUsages::COPY_DST));
+    let found = state(&mut app);
+    assert!(
+        matches!(found, PatternState::Failed(PatternError::BufferUsage(_))),
+        "{found:?}"
+    );
+    change(&mut app, buffer(right, usages));
+    let found = state(&mut app);
+    assert!(
+        matches!(found, PatternState::Solving | PatternState::Converged),
+        "{found:?}"
+    );
+}

@@ -1,0 +1,83 @@
+//! Vortex cores that move: the pattern follows, and does not jump.
+
+use crate::common::{add_mesh, app, graph, settle, shapes, update, wave};
+use bevy::prelude::*;
+use bevy_field_patterns::{
+    prelude::*,
+    wave::{SolverCounters, quality, solver::solve_cpu},
+};
+
+/// Two cores on a sphere, `angle` radians along their ways.
+fn places(angle: f32) -> [Vec3; 2] {
+    [
+        Quat::from_rotation_y(angle) * Vec3::new(0.9, 0.4, 0.0).normalize(),
+        Quat::from_rotation_x(-angle) * Vec3::new(-0.3, 0.1, 0.9).normalize(),
+    ]
+}
+
+/// Cores move by half a percent of the bounding box's diagonal per frame.
+#[test]
+fn moving_cores_are_followed_without_jumps() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(5, 1.0));
+    let cores = places(0.0).map(|at| {
+        let vortex = Vortex {
+            radius: 0.35,
+            ..default()
+        };
+        app.world_mut().spawn((vortex, Transform::from_translation(at))).id()
+    });
+    let field = DirectionField::Vortices(VortexField {
+        base: 0.3 * Vec3::Y,
+        ..default()
+    });
+    let entity = app
+        .world_mut()
+        .spawn((Mesh3d(mesh), field, Frequency::Uniform(6.0)))
+        .id();
+    settle(&mut app);
+    update(&mut app);
+    assert_eq!(
+        app.world().resource::<SolverCounters>().dispatches(),
+        0,
+        "cores at rest"
+    );
+    let graph = graph(&app, entity);
+    let area: f32 = graph.areas.iter().sum();
+    let diagonal = 2.0 * 3.0_f32.sqrt();
+    let (mut ratios, mut jumps) = (Vec::new(), Vec::new());
+    let (_, _, mut before) = wave(&app, entity);
+    for frame in 1..=60 {
+        // Both ways have radius 0.9 or more.
+        let angle = frame as f32 * 0.005 * diagonal;
+        for (core, at) in cores.into_iter().zip(places(angle)) {
+            app.world_mut().entity_mut(core).insert(Transform::from_translation(at));
+        }
+        update(&mut app);
+        let (d, f, z) = wave(&app, entity);
+        let jumped = z.iter().zip(&before).zip(&graph.areas).filter(|((z, old), _)| {
+            let (z, old) = (z.normalize_or(Vec2::X), old.normalize_or(Vec2::X));
+            z.dot(old) < std::f32::consts::FRAC_1_SQRT_2
+        });
+        jumps.push(jumped.map(|(_, area)| area).sum::<f32>() / area);
+        before = z.clone();
+        if frame % 10 == 0 {
+            let energy = |z: &[Vec2]| quality(&graph, &d, &f, z, Symmetry::Vector).energy;
+            let cold = solve_cpu(&graph, &d, &f, Symmetry::Vector, &default()).phasors;
+            ratios.push((energy(&z), energy(&cold)));
+        }
+    }
+    let mean = |values: &mut dyn Iterator<Item = f64>| {
+        let values: Vec<f64> = values.collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let warm = mean(&mut ratios.iter().map(|r| r.0));
+    let cold = mean(&mut ratios.iter().map(|r| r.1));
+    let jumping = mean(&mut jumps.iter().map(|&share| f64::from(share)));
+    println!(
+        "E {warm:.5} in motion, {cold:.5} cold, ratio {:.2}; share that jumps {jumping:.4}",
+        warm / cold
+    );
+    assert!(warm <= 2.5 * cold, "{ratios:?}");
+    assert!(jumping <= 0.02, "{jumps:?}");
+}
