@@ -85,6 +85,9 @@ pub enum PatternError {
     /// The style needs a vector field.
     #[error("{0} needs Symmetry::Vector: on a line field d and -d are the same, and only sin \u{3a6} is defined")]
     NeedsVectorSymmetry(&'static str),
+    /// The entity is a point cloud, whose points have no triangles to take normals from.
+    #[error("a point cloud cannot be posed; give it PatternPose::Rest")]
+    LiveCloud,
     /// A metric has an eigenvalue that is not above zero.
     #[error("{what} {index} is not positive definite; d² = vᵀMv must be above 0 for every direction v")]
     NotPositive {

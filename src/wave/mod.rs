@@ -25,6 +25,7 @@ mod patterns;
 mod pending;
 mod pipelines;
 mod plan;
+pub mod pose;
 mod quality;
 mod render;
 mod settings;
@@ -74,6 +75,7 @@ impl Plugin for WavePlugin {
         }
         app.init_resource::<PatternArena>()
             .init_resource::<patterns::PackedGraphs>()
+            .init_resource::<pose::PackedRigs>()
             .init_resource::<patterns::Outbox>()
             .init_resource::<patterns::Pace>()
             .init_resource::<SolverSettings>()
@@ -82,6 +84,7 @@ impl Plugin for WavePlugin {
             .init_resource::<crate::material::BufferGeneration>()
             .register_type::<CreasePhase>()
             .register_type::<PatternState>()
+            .register_type::<pose::PatternPose>()
             .register_type::<SolverSettings>()
             .register_type::<Waves>()
             .register_type::<Vortex>()
@@ -106,8 +109,8 @@ impl Plugin for WavePlugin {
                     update.chain().in_set(PatternSystems),
                     patterns::request_surfaces.in_set(SurfaceSystems::Request),
                 ),
-            );
-        app.add_systems(Last, patterns::note_seen);
+            )
+            .add_systems(Last, (patterns::note_seen, pose::take_over_again));
         render::build(app);
     }
 

@@ -90,12 +90,13 @@ pub(super) fn pack(
     }
 }
 
-/// Gives back the memory of graphs whose meshes are gone.
+/// Gives back the memory of graphs whose meshes are gone, and of rigs.
 pub(super) fn forget_unused(tools: &mut Tools) {
     for mesh in tools.cache.take_removed() {
         tools.packed.retire(mesh);
     }
     tools.packed.free_unused(&mut tools.arena);
+    tools.rigs.free_unused(&mut tools.arena);
 }
 
 /// Asks for the graphs of meshes that are new to their entities, in the frame in which their data are still there.
