@@ -47,6 +47,7 @@ impl Pattern {
             graph,
             topology: surface.topology,
             geometry: surface.geometry,
+            positions: surface.positions,
             inputs,
             sources: default(),
             creases: Creases::default(),

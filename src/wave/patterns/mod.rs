@@ -62,6 +62,7 @@ pub struct Pattern {
     graph: Arc<PackedGraph>,
     topology: u32,
     geometry: u32,
+    positions: u32,
     inputs: Inputs,
     sources: Sources,
     /// What the pins in the shared buffers were made from, where there are any.

@@ -155,8 +155,10 @@ impl Stage<'_> {
 struct Change {
     /// Nothing of before counts.
     all: bool,
-    /// Positions or attributes of the mesh.
+    /// Positions of the mesh.
     mesh: bool,
+    /// Positions or attributes of the mesh.
+    attributes: bool,
     /// Its place in the world.
     linear: bool,
     symmetry: bool,
@@ -170,6 +172,7 @@ impl Change {
     const NONE: Self = Self {
         all: false,
         mesh: false,
+        attributes: false,
         linear: false,
         symmetry: false,
         waves: false,
@@ -238,7 +241,8 @@ pub(super) fn update_inputs(
     let last = std::mem::replace(&mut pattern.inputs, inputs);
     let change = Change {
         all: fresh || pattern.phase == Phase::Waiting && pattern.sources.task.is_none(),
-        mesh: pattern.geometry != surface.geometry,
+        mesh: pattern.positions != surface.positions,
+        attributes: pattern.geometry != surface.geometry,
         linear: last.linear != inputs.linear,
         symmetry: last.coupling.symmetry != inputs.coupling.symmetry,
         waves: last.coupling.waves != inputs.coupling.waves,
@@ -249,6 +253,7 @@ pub(super) fn update_inputs(
             .map_or(pattern.sources.scalars_given, |scalars| scalars.is_changed()),
     };
     pattern.geometry = surface.geometry;
+    pattern.positions = surface.positions;
     let quiet = change == Change::NONE
         && pattern.sources.task.is_none()
         && !(item.field.is_changed() || item.frequency.is_changed())
