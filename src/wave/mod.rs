@@ -55,7 +55,11 @@ use crate::{
     field::{DirectionField, FieldTime, Frequency, PatternScalars, Vortex},
     surface::{SurfacePlugin, SurfaceSystems},
 };
-use bevy::{camera::CameraUpdateSystems, prelude::*, render::storage::ShaderBuffer};
+use bevy::{
+    camera::{CameraUpdateSystems, visibility::VisibilitySystems},
+    prelude::*,
+    render::storage::ShaderBuffer,
+};
 
 /// Solves waves for all entities with a [`DirectionField`].
 #[derive(Debug, Default, Clone, Copy)]
@@ -98,7 +102,9 @@ impl Plugin for WavePlugin {
             settings::check_settings,
             patterns::update_patterns
                 .run_if(patterns::renders)
-                .after(CameraUpdateSystems),
+                .after(CameraUpdateSystems)
+                // It forgets what was seen in the frame before.
+                .before(VisibilitySystems::VisibilityPropagate),
             patterns::update_graphs.run_if(not(patterns::renders)),
             grow_buffers::<arena::Pool>.run_if(resource_exists::<Assets<ShaderBuffer>>),
         );

@@ -53,6 +53,7 @@ impl Pattern {
             graph,
             topology: surface.topology,
             geometry: surface.geometry,
+            positions: surface.positions,
             inputs,
             live,
             sources: default(),

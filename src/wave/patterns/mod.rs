@@ -65,6 +65,7 @@ pub struct Pattern {
     graph: Arc<PackedGraph>,
     topology: u32,
     geometry: u32,
+    positions: u32,
     inputs: Inputs,
     /// The surface is posed on the GPU.
     live: Option<Live>,

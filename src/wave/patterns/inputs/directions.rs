@@ -47,7 +47,9 @@ pub(super) fn update(
     }
     let change = stage.change;
     // The values of the mesh's vertices must be made anew.
-    let stale = change.all || change.mesh || item.field.is_changed();
+    let stale = change.all || change.attributes || item.field.is_changed();
+    // What follows from positions alone, too.
+    let reshaped = change.moved() || item.field.is_changed();
     let mut axis = Vec3::ZERO;
     let mut turn = turn;
     let mut curvature = None;
@@ -66,7 +68,7 @@ pub(super) fn update(
         DirectionField::PrincipalCurvature { direction, smoothing } => {
             parameters.directions.carry(None);
             let start = || compute_curvature(*direction, *smoothing, stage);
-            let Some(vectors) = poll(pattern, DIRECTION_VECTORS, stale || change.linear, start)? else {
+            let Some(vectors) = poll(pattern, DIRECTION_VECTORS, reshaped, start)? else {
                 return Ok(keep(pattern, parameters));
             };
             if let Some(vectors) = vectors {
@@ -88,7 +90,7 @@ pub(super) fn update(
                         parameters.directions.carry(None);
                     }
                     let start = || compute_constraints(field, stage);
-                    let Some(constraints) = poll(pattern, DIRECTION_SMOOTH, stale || change.linear, start)? else {
+                    let Some(constraints) = poll(pattern, DIRECTION_SMOOTH, reshaped, start)? else {
                         return Ok(keep(pattern, parameters));
                     };
                     constraints

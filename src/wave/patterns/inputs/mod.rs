@@ -166,8 +166,10 @@ impl Stage<'_> {
 struct Change {
     /// Nothing of before counts.
     all: bool,
-    /// Positions or attributes of the mesh.
+    /// Positions of the mesh.
     mesh: bool,
+    /// Positions or attributes of the mesh.
+    attributes: bool,
     /// Its place in the world, where the processor follows that.
     linear: bool,
     /// Its pose, where the GPU does.
@@ -183,6 +185,7 @@ impl Change {
     const NONE: Self = Self {
         all: false,
         mesh: false,
+        attributes: false,
         linear: false,
         pose: false,
         symmetry: false,
@@ -257,7 +260,8 @@ pub(super) fn update_inputs(
     let is_live = live.is_some();
     let change = Change {
         all: fresh || pattern.phase == Phase::Waiting && pattern.sources.task.is_none(),
-        mesh: pattern.geometry != surface.geometry,
+        mesh: pattern.positions != surface.positions,
+        attributes: pattern.geometry != surface.geometry,
         linear: !is_live && last.linear != inputs.linear,
         pose: live.is_some_and(|(live, rigged)| live.update(rigged, reshaped, graph, &mut tools.arena)),
         symmetry: last.coupling.symmetry != inputs.coupling.symmetry,
@@ -269,6 +273,7 @@ pub(super) fn update_inputs(
             .map_or(pattern.sources.scalars_given, |scalars| scalars.is_changed()),
     };
     pattern.geometry = surface.geometry;
+    pattern.positions = surface.positions;
     pattern.sources.due.pose |= change.pose;
     let quiet = change == Change::NONE
         && pattern.sources.task.is_none()
