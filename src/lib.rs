@@ -97,7 +97,7 @@ pub mod prelude {
         scene::{PatternScene, PatternScenePart},
         wave::{
             CreaseLine, CreasePhase, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern,
-            SolverSettings, Waves,
+            SolverSettings, Waves, pose::PatternPose,
         },
     };
 }

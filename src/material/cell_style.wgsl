@@ -21,8 +21,6 @@ const UNIT_WORLD: u32 = 1u;
 const UNIT_RELATIVE: u32 = 2u;
 const FLAG_ELLIPSES: u32 = 1u;
 const FLAG_TILE_BY_VALUE: u32 = 2u;
-const DEBUG_LABEL: u32 = 1u;
-const DEBUG_SEED: u32 = 2u;
 // Of the area, as of the closest packing of ellipses.
 const PACKED: f32 = 0.9069;
 // A line in pixels takes no more of a cell's radius.
