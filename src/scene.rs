@@ -1,14 +1,14 @@
 //! Patterns on whole scenes, such as glTF files.
 //!
 //! In: a [`PatternScene`] on the root of a hierarchy, and the meshes below it with their `StandardMaterial`s, which may
-//! arrive, leave and change at any time. Out: on each of these meshes a field, a frequency, and a [`StripeMaterial`] that
-//! extends the material it had. What is done is undone when the component, or the mesh, is taken away; what a mesh has of
+//! arrive, leave and change at any time. Out: on each of these meshes a field, a frequency, and a [`StripeMaterial`] (or one
+//! of another style: [`StyledScene`]) that extends the material it had. What is done is undone when the component, or the mesh, is taken away; what a mesh has of
 //! its own is left alone.
 
 use crate::{
     field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
-    material::{FocusSource, StripeMaterial, Stripes},
-    wave::{PatternSystems, pose::PatternPose},
+    material::{FocusSource, Hatch, PatternTexture, SceneStyle, StripeMaterial, Stripes, Styled, Tensor},
+    wave::{PatternSystems, Waves, pose::PatternPose},
 };
 use bevy::{
     asset::AssetEventSystems,
@@ -20,6 +20,7 @@ use bevy::{
     platform::collections::HashMap,
     prelude::*,
 };
+use std::marker::PhantomData;
 
 /// Gives every mesh at or below this entity a pattern and stripes over its own `StandardMaterial`.
 ///
@@ -37,7 +38,7 @@ use bevy::{
 /// Meshes that share a material go on sharing one. Of nested `PatternScene`s the nearest counts. Removing the component
 /// gives the meshes back what they had. A change of the style alone solves nothing again.
 ///
-/// A mesh that has a [`DirectionField`], [`Frequency`], [`Symmetry`], [`FieldTurn`], [`PatternSpace`] or [`PatternPose`] of
+/// A mesh that has a [`DirectionField`], [`Frequency`], [`Symmetry`], [`FieldTurn`], [`PatternSpace`], [`PatternPose`] or [`Waves`] of
 /// its own keeps it, now and afterwards; the scene fills in the others. (A field of its own comes with a frequency, the default one if there
 /// is no other.)
 ///
@@ -55,9 +56,14 @@ use bevy::{
 ///
 /// Bevy spawns a scene by reflection: without its feature `reflect_auto_register`, a program registers the types of the
 /// scene's components itself (`app.register_type::<Mesh3d>()`, and so on).
+pub type PatternScene = StyledScene<Stripes>;
+
+/// A [`PatternScene`] of any style: [`Stripes`], [`PatternTexture`], [`Hatch`] or [`Tensor`].
+///
+/// A mesh can have one material: give a hierarchy scenes of one style.
 #[derive(Component, Reflect, Debug, Clone, PartialEq, Default)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
-pub struct PatternScene {
+pub struct StyledScene<S: SceneStyle> {
     /// What the patterns follow. Default: the major principal curvature.
     pub field: DirectionField,
     /// Whether d and -d are the same. Default `None`: [`DirectionField::default_symmetry`].
@@ -70,23 +76,30 @@ pub struct PatternScene {
     /// Whether the patterns keep their spacing while skins and morph targets deform the meshes. Default
     /// [`PatternPose::Rest`]: they do not.
     pub pose: PatternPose,
+    /// How many waves the patterns have. Default: one, which textures do not take.
+    pub waves: Waves,
     /// Stripes per unit length of `space`, 0 or more. Default 10.
     pub frequency: Frequency,
-    /// The look of all stripes.
-    pub style: Stripes,
+    /// The look of all patterns.
+    pub style: S,
 }
 
 /// A mesh that a [`PatternScene`] has given a pattern. Set by the plugin.
+pub type PatternScenePart = StyledScenePart<Stripes>;
+
+/// A mesh that a [`StyledScene`] has given a pattern. Set by the plugin.
 ///
 /// To give the mesh another base, insert another `MeshMaterial3d<StandardMaterial>`.
 #[derive(Component, Reflect, Debug, Clone, PartialEq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
-pub struct PatternScenePart {
-    /// The entity with the [`PatternScene`].
+pub struct StyledScenePart<S: SceneStyle> {
+    /// The entity with the [`StyledScene`].
     pub scene: Entity,
-    /// The material that the stripes lie over. Changes of it are followed.
+    /// The material that the pattern lies over. Changes of it are followed.
     pub base: Handle<StandardMaterial>,
     given: Given,
+    #[reflect(ignore)]
+    style: PhantomData<S>,
 }
 
 /// What a mesh has got from its scene. A component with another value is the user's.
@@ -99,6 +112,7 @@ struct Given {
     turn: Option<FieldTurn>,
     space: Option<PatternSpace>,
     pose: Option<PatternPose>,
+    waves: Option<Waves>,
 }
 
 /// Keeps the meshes of [`PatternScene`]s as these say, in `PostUpdate`, before patterns are updated.
@@ -107,24 +121,44 @@ pub struct PatternScenePlugin;
 
 impl Plugin for PatternScenePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<SceneMaterials>()
-            .register_type::<PatternScene>()
-            .register_type::<PatternScenePart>()
-            .add_systems(
-                PostUpdate,
-                (carry_focus, restyle, dress_parts)
-                    .chain()
-                    .after(TransformSystems::Propagate)
-                    .before(PatternSystems)
-                    .before(AssetEventSystems)
-                    .run_if(resource_exists::<Assets<StandardMaterial>>),
-            );
+        add_style::<Stripes>(app);
+        add_style::<PatternTexture>(app);
+        add_style::<Hatch>(app);
+        add_style::<Tensor>(app);
+        app.add_systems(PostUpdate, carry_focus.in_set(SceneSystems).before(restyle::<Stripes>));
     }
 }
 
-/// The striped material of a scene for a base, as long as one of its meshes uses it.
-#[derive(Resource, Default)]
-struct SceneMaterials(HashMap<(Entity, AssetId<StandardMaterial>), AssetId<StripeMaterial>>);
+#[derive(SystemSet, Debug, Clone, PartialEq, Eq, Hash)]
+struct SceneSystems;
+
+fn add_style<S: SceneStyle>(app: &mut App) {
+    app.init_resource::<SceneMaterials<S>>()
+        .register_type::<StyledScene<S>>()
+        .register_type::<StyledScenePart<S>>()
+        .configure_sets(
+            PostUpdate,
+            SceneSystems
+                .after(TransformSystems::Propagate)
+                .before(PatternSystems)
+                .before(AssetEventSystems)
+                .run_if(resource_exists::<Assets<StandardMaterial>>),
+        )
+        .add_systems(
+            PostUpdate,
+            (restyle::<S>, dress_parts::<S>).chain().in_set(SceneSystems),
+        );
+}
+
+/// The material of a scene for a base, as long as one of its meshes uses it.
+#[derive(Resource)]
+struct SceneMaterials<S: SceneStyle>(HashMap<(Entity, AssetId<StandardMaterial>), AssetId<Styled<S>>>);
+
+impl<S: SceneStyle> Default for SceneMaterials<S> {
+    fn default() -> Self {
+        Self(HashMap::default())
+    }
+}
 
 /// Writes the region of a focus that an entity carries along into the styles of its scenes, where it differs.
 fn carry_focus(sources: Query<(&FocusSource, &GlobalTransform)>, mut scenes: Query<&mut PatternScene>) {
@@ -139,15 +173,15 @@ fn carry_focus(sources: Query<(&FocusSource, &GlobalTransform)>, mut scenes: Que
     }
 }
 
-/// Brings striped materials up to date with the style of their scene and with their base.
-fn restyle(
-    scenes: Query<Ref<PatternScene>>,
+/// Brings materials up to date with the style of their scene and with their base.
+fn restyle<S: SceneStyle>(
+    scenes: Query<Ref<StyledScene<S>>>,
     mut changes: MessageReader<AssetEvent<StandardMaterial>>,
     bases: Option<Res<Assets<StandardMaterial>>>,
-    striped: Option<ResMut<Assets<StripeMaterial>>>,
-    mut made: ResMut<SceneMaterials>,
+    styled: Option<ResMut<Assets<Styled<S>>>>,
+    mut made: ResMut<SceneMaterials<S>>,
 ) {
-    let (Some(bases), Some(mut striped)) = (bases, striped) else {
+    let (Some(bases), Some(mut styled)) = (bases, styled) else {
         return;
     };
     let modified: Vec<_> = changes
@@ -159,11 +193,11 @@ fn restyle(
         .collect();
     made.0.retain(|&(scene, base), &mut id| {
         let Ok(scene) = scenes.get(scene) else { return false };
-        let Some(current) = striped.get(id) else { return false };
+        let Some(current) = styled.get(id) else { return false };
         let outdated = modified.contains(&base) || scene.is_changed() && current.extension != scene.style;
         if outdated
             && let Some(base) = bases.get(base)
-            && let Some(mut material) = striped.get_mut(id)
+            && let Some(mut material) = styled.get_mut(id)
         {
             material.base = base.clone();
             material.extension = scene.style.clone();
@@ -174,9 +208,9 @@ fn restyle(
 
 /// What may be a part of a scene.
 #[derive(QueryData)]
-struct PartData {
+struct PartData<S: SceneStyle> {
     plain: Option<&'static MeshMaterial3d<StandardMaterial>>,
-    part: Option<&'static PatternScenePart>,
+    part: Option<&'static StyledScenePart<S>>,
     given: (
         Option<&'static DirectionField>,
         Option<&'static Frequency>,
@@ -184,29 +218,30 @@ struct PartData {
         Option<&'static FieldTurn>,
         Option<&'static PatternSpace>,
         Option<&'static PatternPose>,
+        Option<&'static Waves>,
     ),
 }
 
 /// Where a mesh or one of its ancestors may have come into a scene or left it.
 #[derive(SystemParam)]
-struct Stirred<'w, 's> {
+struct Stirred<'w, 's, S: SceneStyle> {
     changed: Query<
         'w,
         's,
         Entity,
         Or<(
-            Changed<PatternScene>,
+            Changed<StyledScene<S>>,
             Changed<ChildOf>,
             Added<Mesh3d>,
             Changed<MeshMaterial3d<StandardMaterial>>,
         )>,
     >,
-    scenes_gone: RemovedComponents<'w, 's, PatternScene>,
+    scenes_gone: RemovedComponents<'w, 's, StyledScene<S>>,
     orphaned: RemovedComponents<'w, 's, ChildOf>,
     children: Query<'w, 's, &'static Children>,
 }
 
-impl Stirred<'_, '_> {
+impl<S: SceneStyle> Stirred<'_, '_, S> {
     /// These entities and all below them.
     fn collect(&mut self) -> EntityHashSet {
         let tops = self
@@ -220,18 +255,18 @@ impl Stirred<'_, '_> {
 }
 
 /// Dresses the meshes that belong to a scene, undresses those that no longer do.
-fn dress_parts(
-    mut stirred: Stirred,
+fn dress_parts<S: SceneStyle>(
+    mut stirred: Stirred<S>,
     mut waiting: Local<EntityHashSet>,
-    parts: Query<PartData, With<Mesh3d>>,
-    scenes: Query<&PatternScene>,
+    parts: Query<PartData<S>, With<Mesh3d>>,
+    scenes: Query<&StyledScene<S>>,
     parents: Query<&ChildOf>,
     bases: Option<Res<Assets<StandardMaterial>>>,
-    striped: Option<ResMut<Assets<StripeMaterial>>>,
-    mut made: ResMut<SceneMaterials>,
+    styled: Option<ResMut<Assets<Styled<S>>>>,
+    mut made: ResMut<SceneMaterials<S>>,
     mut commands: Commands,
 ) {
-    let (Some(bases), Some(mut striped)) = (bases, striped) else {
+    let (Some(bases), Some(mut styled)) = (bases, styled) else {
         return;
     };
     let mut entities = stirred.collect();
@@ -255,7 +290,7 @@ fn dress_parts(
         let known = data.part.is_some_and(|part| part.scene == root && part.base == *base);
         if data.plain.is_some() || !known {
             let known = made.0.get(&(root, base.id()));
-            let material = match known.and_then(|&id| striped.get_strong_handle(id)) {
+            let material = match known.and_then(|&id| styled.get_strong_handle(id)) {
                 Some(material) => material,
                 None => {
                     let Some(base) = bases.get(base) else {
@@ -264,7 +299,7 @@ fn dress_parts(
                         continue;
                     };
                     let extension = scene.style.clone();
-                    striped.add(StripeMaterial {
+                    styled.add(Styled {
                         base: base.clone(),
                         extension,
                     })
@@ -275,10 +310,11 @@ fn dress_parts(
                 .try_remove::<MeshMaterial3d<StandardMaterial>>()
                 .try_insert(MeshMaterial3d(material));
         }
-        let part = PatternScenePart {
+        let part = StyledScenePart {
             scene: root,
             base: base.clone(),
             given: give_pattern(&mut entity_commands, scene, &data),
+            style: PhantomData,
         };
         if data.part != Some(&part) {
             entity_commands.try_insert(part);
@@ -287,11 +323,12 @@ fn dress_parts(
 }
 
 /// Gives a mesh what it lacks of a pattern, and tells what it has from the scene now.
-fn give_pattern(entity: &mut EntityCommands, scene: &PatternScene, data: &PartDataItem) -> Given {
+fn give_pattern<S: SceneStyle>(entity: &mut EntityCommands, scene: &StyledScene<S>, data: &PartDataItem<S>) -> Given {
     let old = data.part.map(|part| part.given.clone()).unwrap_or_default();
-    let (field, frequency, symmetry, turn, space, pose) = data.given;
+    let (field, frequency, symmetry, turn, space, pose, waves) = data.given;
     let wanted_turn = (scene.turn != 0.0).then_some(FieldTurn(scene.turn));
     let wanted_space = (scene.space != PatternSpace::default()).then_some(scene.space);
+    let wanted_waves = (scene.waves != Waves::default()).then_some(scene.waves);
     let wanted_pose = (scene.pose != PatternPose::default()).then_some(scene.pose);
     Given {
         // The field comes last: it would bring a frequency along.
@@ -300,6 +337,7 @@ fn give_pattern(entity: &mut EntityCommands, scene: &PatternScene, data: &PartDa
         turn: give(entity, wanted_turn, turn, old.turn),
         space: give(entity, wanted_space, space, old.space),
         pose: give(entity, wanted_pose, pose, old.pose),
+        waves: give(entity, wanted_waves, waves, old.waves),
         field: give(entity, Some(scene.field.clone()), field, old.field),
     }
 }
@@ -328,16 +366,17 @@ fn give<C: Component + Clone + PartialEq>(
 }
 
 /// Takes back what was given, and gives a mesh its material again, unless it has a plain one already.
-fn undress(mut entity: EntityCommands, base: Option<&Handle<StandardMaterial>>, data: &PartDataItem) {
+fn undress<S: SceneStyle>(mut entity: EntityCommands, base: Option<&Handle<StandardMaterial>>, data: &PartDataItem<S>) {
     let given = data.part.map(|part| part.given.clone()).unwrap_or_default();
-    let (field, frequency, symmetry, turn, space, pose) = data.given;
+    let (field, frequency, symmetry, turn, space, pose, waves) = data.given;
     give(&mut entity, None, field, given.field);
     give(&mut entity, None, frequency, given.frequency);
     give(&mut entity, None, symmetry, given.symmetry);
     give(&mut entity, None, turn, given.turn);
     give(&mut entity, None, space, given.space);
     give(&mut entity, None, pose, given.pose);
-    entity.try_remove::<(PatternScenePart, MeshMaterial3d<StripeMaterial>)>();
+    give(&mut entity, None, waves, given.waves);
+    entity.try_remove::<(StyledScenePart<S>, MeshMaterial3d<Styled<S>>)>();
     if let Some(base) = base {
         entity.try_insert(MeshMaterial3d(base.clone()));
     }

@@ -38,6 +38,7 @@ pub use hatch::{HatchKey, HatchMaterial, HatchMaterialPlugin};
 pub use hatch_options::*;
 pub use mipmaps::with_mipmaps;
 pub use stripes::*;
+pub use style::{SceneStyle, Styled};
 pub use tensor::{Eigenvalue, Tensor, TensorKey, TensorMaterial, TensorMaterialPlugin};
 pub use texture::{PatternTexture, PatternTextureKey, PatternTextureMaterial};
 pub use texture_options::*;

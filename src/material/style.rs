@@ -11,6 +11,7 @@ use bevy::{
     pbr::{ExtendedMaterial, MaterialExtension},
     platform::collections::HashMap,
     prelude::*,
+    reflect::Reflectable,
     render::render_resource::RenderPipelineDescriptor,
 };
 use std::marker::PhantomData;
@@ -27,7 +28,13 @@ pub(super) trait WaveStyle: MaterialExtension {
     }
 }
 
-type Styled<S> = ExtendedMaterial<StandardMaterial, S>;
+/// A [`StandardMaterial`] with a style of waves.
+pub type Styled<S> = ExtendedMaterial<StandardMaterial, S>;
+
+/// A style that a [`StyledScene`](crate::scene::StyledScene) can give to its meshes.
+pub trait SceneStyle: MaterialExtension + Reflectable + FromReflect + Default + PartialEq {}
+
+impl<S: WaveStyle + Reflectable + FromReflect + Default + PartialEq> SceneStyle for S {}
 
 /// Adds shader definitions to a fragment shader, those that are true.
 pub(super) fn select_variant(descriptor: &mut RenderPipelineDescriptor, variants: &[(bool, &'static str)]) {
