@@ -241,7 +241,8 @@ fn cells(coordinates: &[[u8; 4]]) -> Vec<Vec<usize>> {
     let mut cell = vec![usize::MAX; coordinates.len()];
     let mut cells: Vec<Vec<usize>> = vec![];
     let joined = |a: usize, b: usize| {
-        let near = |c: usize| coordinates[a][c].abs_diff(coordinates[b][c]) < 100;
+        // Between periods a pixel may show anything between 255 and 0: no chain of such is as long as these steps need.
+        let near = |c: usize| coordinates[a][c].abs_diff(coordinates[b][c]) < 40;
         coordinates[b][2] == 0 && near(0) && near(1)
     };
     for start in 0..coordinates.len() {
