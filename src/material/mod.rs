@@ -5,7 +5,7 @@
 //! `cells.wgsl` finds the cell under a fragment, `cell_style.wgsl` and `cell_paint.wgsl` make a colour of it.
 //! `wave.wgsl` evaluates the waves under a fragment (Eq. 13 and 14 of Lichtenberg et al. 2018). A style makes a `Paint` of
 //! them (`paint.wgsl`): `stripe_style.wgsl` by a periodic profile filtered over the pixel (`coverage.wgsl`),
-//! `texture_style.wgsl` by an image on two waves. `pattern_material.wgsl` and `pattern_prepass.wgsl` put the paint of any
+//! `texture_style.wgsl` by an image on two waves, `tensor_style.wgsl` by two eigenvalues. `pattern_material.wgsl` and `pattern_prepass.wgsl` put the paint of any
 //! style on a [`StandardMaterial`](bevy::pbr::StandardMaterial). The vertex shaders derive the triangle and the corner from
 //! the vertex index, so the mesh drawn must have no indices.
 
@@ -17,9 +17,13 @@ mod color_map;
 pub mod coverage;
 mod focus;
 mod focus_source;
+mod hatch;
+mod hatch_options;
+pub mod hatch_strokes;
 mod mipmaps;
 mod stripes;
 mod style;
+mod tensor;
 mod texture;
 mod texture_options;
 
@@ -30,8 +34,11 @@ pub use cells_plugin::CellMaterialPlugin;
 pub use color_map::*;
 pub use focus::*;
 pub use focus_source::FocusSource;
+pub use hatch::{HatchKey, HatchMaterial, HatchMaterialPlugin};
+pub use hatch_options::*;
 pub use mipmaps::with_mipmaps;
 pub use stripes::*;
+pub use tensor::{Eigenvalue, Tensor, TensorKey, TensorMaterial, TensorMaterialPlugin};
 pub use texture::{PatternTexture, PatternTextureKey, PatternTextureMaterial};
 pub use texture_options::*;
 
@@ -68,8 +75,6 @@ impl Plugin for StripeMaterialPlugin {
                 .after(TransformSystems::Propagate)
                 .before(AssetEventSystems),
         );
-        load_shader_library!(app, "stripe_style.wgsl");
-        load_shader_library!(app, "stripe_debug.wgsl");
     }
 }
 
@@ -86,8 +91,6 @@ impl Plugin for PatternTexturePlugin {
         .register_type::<PatternTexture>()
         .register_asset_reflect::<PatternTextureMaterial>()
         .add_systems(PostUpdate, mipmaps::add_mipmaps.before(AssetEventSystems));
-        load_shader_library!(app, "texture_style.wgsl");
-        load_shader_library!(app, "texture_patch.wgsl");
     }
 }
 
@@ -132,8 +135,20 @@ impl Plugin for PatternShaderPlugin {
         load_shader_library!(app, "coverage.wgsl");
         load_shader_library!(app, "pattern_corner.wgsl");
         load_shader_library!(app, "bump.wgsl");
+        load_shader_library!(app, "families.wgsl");
         load_shader_library!(app, "focus.wgsl");
+        load_shader_library!(app, "noise.wgsl");
         load_shader_library!(app, "paint.wgsl");
+        load_shader_library!(app, "pattern_output.wgsl");
+        // All styles: the material's shader names each of them, and waits for all that it names.
+        load_shader_library!(app, "stripe_style.wgsl");
+        load_shader_library!(app, "stripe_debug.wgsl");
+        load_shader_library!(app, "texture_style.wgsl");
+        load_shader_library!(app, "texture_patch.wgsl");
+        load_shader_library!(app, "tensor_style.wgsl");
+        load_shader_library!(app, "hatch_strokes.wgsl");
+        load_shader_library!(app, "hatch_style.wgsl");
+        load_shader_library!(app, "hatch_outline.wgsl");
         embedded_asset!(app, "pattern_vertex.wgsl");
         embedded_asset!(app, "pattern_prepass_vertex.wgsl");
         embedded_asset!(app, "pattern_material.wgsl");

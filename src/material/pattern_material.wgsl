@@ -2,14 +2,14 @@
 // one more, `apply_paint`, between the material's textures and its lighting. `PATTERN_*` selects the style.
 
 #import bevy_pbr::{
-    pbr_types,
     pbr_types::{PbrInput, STANDARD_MATERIAL_FLAGS_UNLIT_BIT},
     pbr_functions::alpha_discard,
     pbr_fragment::pbr_input_from_standard_material,
     decal::clustered::apply_decals,
 }
 #import bevy_field_patterns::bump::bumped_normal
-#import bevy_field_patterns::paint::{Paint, is_hole}
+#import bevy_field_patterns::paint::{Paint, cut_out}
+#import bevy_field_patterns::pattern_output::pattern_output
 #import bevy_field_patterns::wave::pattern_point
 
 #ifdef PATTERN_STRIPES
@@ -18,27 +18,23 @@
 #ifdef PATTERN_TEXTURE
 #import bevy_field_patterns::texture_style::paint_pattern
 #endif
+#ifdef PATTERN_TENSOR
+#import bevy_field_patterns::tensor_style::paint_pattern
+#endif
 
 #ifdef PREPASS_PIPELINE
 #import bevy_render::globals::Globals
-#import bevy_pbr::{
-    prepass_io::{VertexOutput, FragmentOutput},
-    pbr_deferred_functions::deferred_output,
-}
+#import bevy_pbr::prepass_io::{VertexOutput, FragmentOutput}
 @group(0) @binding(1) var<uniform> globals: Globals;
 #else
 #import bevy_pbr::{
     mesh_view_bindings::globals,
     forward_io::{VertexOutput, FragmentOutput},
-    pbr_functions::{apply_pbr_lighting, main_pass_post_lighting_processing},
 }
 #endif
 
 #ifdef VISIBILITY_RANGE_DITHER
 #import bevy_pbr::pbr_functions::visibility_range_dither;
-#endif
-#ifdef OIT_ENABLED
-#import bevy_core_pipeline::oit::oit_draw
 #endif
 
 // Where the world moves along the screen; taken in uniform control flow. [world units/pixel]
@@ -51,15 +47,7 @@ fn apply_paint(pbr: ptr<function, PbrInput>, paint: Paint, frame: ScreenFrame) {
     let material = &(*pbr).material;
 
 #ifdef PATTERN_CUTOUT
-    let alpha_mode = (*material).flags & pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_RESERVED_BITS;
-    if alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_OPAQUE
-        || alpha_mode == pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_MASK {
-        if is_hole(paint, (*pbr).frag_coord, 0.5) {
-            discard;
-        }
-    } else {
-        (*material).base_color.a *= paint.solid;
-    }
+    (*material).base_color.a *= cut_out(paint, (*material).flags, (*pbr).frag_coord);
 #endif
 
     let base = (*material).base_color;
@@ -101,25 +89,5 @@ fn fragment(
         apply_paint(&pbr, paint, frame);
     }
     apply_decals(&pbr);
-
-#ifdef PREPASS_PIPELINE
-    let out = deferred_output(in, pbr);
-#else
-    var out: FragmentOutput;
-    if (pbr.material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) == 0u {
-        out.color = apply_pbr_lighting(pbr);
-    } else {
-        out.color = pbr.material.base_color;
-    }
-    out.color = main_pass_post_lighting_processing(pbr, out.color);
-#endif
-
-#ifdef OIT_ENABLED
-    let alpha_mode = pbr.material.flags & pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_RESERVED_BITS;
-    if alpha_mode != pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_OPAQUE {
-        oit_draw(in.position, out.color);
-        discard;
-    }
-#endif
-    return out;
+    return pattern_output(in, pbr);
 }

@@ -68,6 +68,22 @@ impl Profile {
     }
 }
 
+/// The stripes that are drawn where a pattern has two waves ([`Waves`](crate::wave::Waves)).
+///
+/// Those of a cross field are always both drawn: it does not tell its two waves apart, so one of them alone would end in
+/// seams where it comes back as the other.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[reflect(Default, Clone, PartialEq, Hash)]
+pub enum StripeWaves {
+    /// Of the wave along d.
+    #[default]
+    First,
+    /// Of the wave along n × d.
+    Second,
+    /// Of both: the union of their stripes.
+    Both,
+}
+
 /// What a stripe changes on the base material.
 #[derive(Reflect, Debug, Clone, Copy, PartialEq)]
 #[reflect(Default, Clone, PartialEq)]
@@ -130,6 +146,8 @@ pub struct Stripes {
     pub softness: f32,
     /// Shape of a stripe. Default [`Profile::Square`].
     pub profile: Profile,
+    /// Which waves are drawn, where the pattern has two. Default: the first.
+    pub waves: StripeWaves,
     /// Added to the phase, in periods. Needs a vector field. Default 0.
     pub phase_offset: f32,
     /// How fast the pattern travels along d, in periods per second. Needs a vector field. Default 0.
@@ -155,6 +173,7 @@ impl Default for Stripes {
             duty: 0.5,
             softness: 0.0,
             profile: Profile::Square,
+            waves: StripeWaves::First,
             phase_offset: 0.0,
             phase_speed: 0.0,
             drive: StripeDrive::default(),
@@ -206,6 +225,7 @@ impl Stripes {
                 softness: self.softness.clamp(0.0, 1.0),
                 phase_offset: self.phase_offset,
                 phase_speed: self.phase_speed,
+                families: self.waves as u32,
                 profile,
                 debug: self.debug as u32,
                 filter_width: if self.anti_aliasing { 1.0 } else { 0.0 },
@@ -226,6 +246,7 @@ struct StripesUniform {
     softness: f32,
     phase_offset: f32,
     phase_speed: f32,
+    families: u32,
     profile: u32,
     debug: u32,
     filter_width: f32,

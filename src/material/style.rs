@@ -1,14 +1,15 @@
 //! What all styles of waves have in common.
 //!
 //! In: materials that extend [`StandardMaterial`] by a [`WaveStyle`]. Out: what a style asks of an entity's pattern, told to
-//! the solver as [`StyleNeeds`], and bases that may discard where a style cuts out.
+//! the solver as [`StyleNeeds`], and bases that may discard where a style cuts out, drawn forward where it needs the light.
 
 use super::PatternMaterialPlugin;
 use crate::{field::DirectionField, wave::StyleNeeds};
 use bevy::{
     asset::AssetEventSystems,
+    material::OpaqueRendererMethod,
     pbr::{ExtendedMaterial, MaterialExtension},
-    platform::collections::HashSet,
+    platform::collections::HashMap,
     prelude::*,
     render::render_resource::RenderPipelineDescriptor,
 };
@@ -20,6 +21,10 @@ pub(super) trait WaveStyle: MaterialExtension {
     fn needs(&self) -> StyleNeeds;
     /// Whether the style discards fragments.
     fn is_cutout(&self) -> bool;
+    /// Whether the style is drawn after the lighting.
+    fn needs_light(&self) -> bool {
+        false
+    }
 }
 
 type Styled<S> = ExtendedMaterial<StandardMaterial, S>;
@@ -44,48 +49,75 @@ impl<S> Default for WaveStylePlugin<S> {
 impl<S: WaveStyle> Plugin for WaveStylePlugin<S> {
     fn build(&self, app: &mut App) {
         app.add_plugins(PatternMaterialPlugin::<Styled<S>>::default())
-            .add_systems(PostUpdate, mask_cutouts::<S>.after(AssetEventSystems))
+            .add_systems(PostUpdate, fit_bases::<S>.after(AssetEventSystems))
             .add_systems(Last, declare_needs::<S>)
             .add_observer(withdraw_needs::<S>);
     }
 }
 
-/// A cut-out needs a base that may discard, or Bevy draws shadows and prepasses without looking at the material. An opaque
-/// base gets a mask for as long as it is cut out.
-fn mask_cutouts<S: WaveStyle>(
+/// What a base was before its style changed it.
+#[derive(Default, Clone, Copy)]
+struct Before {
+    masked: bool,
+    method: Option<OpaqueRendererMethod>,
+}
+
+/// A cut-out needs a base that may discard, or Bevy draws shadows and prepasses without looking at the material: an opaque
+/// base gets a mask. Only the forward renderer knows the light while it draws a material. Both for as long as it is needed.
+fn fit_bases<S: WaveStyle>(
     mut changes: MessageReader<AssetEvent<Styled<S>>>,
     mut materials: ResMut<Assets<Styled<S>>>,
-    mut masked: Local<HashSet<AssetId<Styled<S>>>>,
+    mut changed: Local<HashMap<AssetId<Styled<S>>, Before>>,
 ) {
-    const MASK: AlphaMode = AlphaMode::Mask(0.5);
     for change in changes.read() {
         let id = match *change {
             AssetEvent::Added { id } | AssetEvent::Modified { id } => id,
             AssetEvent::Removed { id } => {
-                masked.remove(&id);
+                changed.remove(&id);
                 continue;
             }
             AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => continue,
         };
         let Some(material) = materials.get(id) else { continue };
-        let mode = material.base.alpha_mode;
-        let wanted = match (material.extension.is_cutout(), mode) {
-            (true, AlphaMode::Opaque) => {
-                masked.insert(id);
-                MASK
-            }
-            (true, mode) if mode == MASK => MASK,
-            // Another mode than the mask is the user's own.
-            (_, mode) => match masked.remove(&id) {
-                true if mode == MASK => AlphaMode::Opaque,
-                _ => mode,
-            },
-        };
-        if wanted != mode
+        let before = changed.remove(&id).unwrap_or_default();
+        let (base, style) = (&material.base, &material.extension);
+        let (mode, masked) = mask(base.alpha_mode, style.is_cutout(), before.masked);
+        let (method, replaced) = forward(base.opaque_render_method, style.needs_light(), before.method);
+        if masked || replaced.is_some() {
+            let method = replaced;
+            changed.insert(id, Before { masked, method });
+        }
+        if (mode, method) != (base.alpha_mode, base.opaque_render_method)
             && let Some(mut material) = materials.get_mut(id)
         {
-            material.base.alpha_mode = wanted;
+            material.base.alpha_mode = mode;
+            material.base.opaque_render_method = method;
         }
+    }
+}
+
+/// The mode to have, and whether it is a mask of ours. Another mode than the mask is the user's own.
+fn mask(mode: AlphaMode, wanted: bool, ours: bool) -> (AlphaMode, bool) {
+    const MASK: AlphaMode = AlphaMode::Mask(0.5);
+    match (wanted, mode) {
+        (true, AlphaMode::Opaque) => (MASK, true),
+        (true, mode) if mode == MASK => (MASK, ours),
+        (false, mode) if mode == MASK && ours => (AlphaMode::Opaque, false),
+        (_, mode) => (mode, false),
+    }
+}
+
+/// The method to have, and the one it replaces.
+fn forward(
+    method: OpaqueRendererMethod,
+    wanted: bool,
+    replaced: Option<OpaqueRendererMethod>,
+) -> (OpaqueRendererMethod, Option<OpaqueRendererMethod>) {
+    match (wanted, method) {
+        (true, OpaqueRendererMethod::Forward) => (method, replaced),
+        (true, _) => (OpaqueRendererMethod::Forward, Some(method)),
+        (false, OpaqueRendererMethod::Forward) => (replaced.unwrap_or(method), None),
+        (false, _) => (method, None),
     }
 }
 

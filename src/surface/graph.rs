@@ -161,11 +161,12 @@ impl SurfaceGraph {
 
     /// Takes new positions of the mesh's own vertices, as many as there were. Positions, normals and areas are computed
     /// anew; the weld, the colours and the levels stay. A welded vertex goes where the first of its mesh vertices goes.
-    /// Triangles may lose their area meanwhile. Points keep their neighbours; their normals are fitted anew.
+    /// Triangles may lose their area meanwhile. Points keep their neighbours; their normals are fitted anew. Returns whether
+    /// any vertex has gone elsewhere.
     ///
     /// # Errors
     /// [`WrongLength`](PatternError::WrongLength) and [`NotFinite`](PatternError::NotFinite); the graph is unchanged then.
-    pub fn update_positions(&mut self, positions: &[Vec3]) -> Result<(), PatternError> {
+    pub fn update_positions(&mut self, positions: &[Vec3]) -> Result<bool, PatternError> {
         let (found, expected) = (positions.len(), self.vertex_of.len());
         if found != expected {
             return Err(PatternError::WrongLength {
@@ -175,16 +176,22 @@ impl SurfaceGraph {
             });
         }
         check_finite(positions)?;
+        let mut welded = self.positions.clone();
         // Backwards, so that the first mesh vertex of each welded vertex has the last word.
         for (&vertex, &position) in self.vertex_of.iter().zip(positions).rev() {
-            self.positions[vertex as usize] = position;
+            welded[vertex as usize] = position;
+        }
+        let moved = welded != self.positions;
+        self.positions = welded;
+        if !moved {
+            return Ok(false);
         }
         if self.is_cloud() {
             self.fit_points();
         } else {
             (self.normals, self.areas) = normals_and_areas(&self.positions, &self.triangles);
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Number of welded vertices.

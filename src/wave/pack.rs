@@ -179,7 +179,8 @@ impl PatternRanges {
         Ok(base)
     }
 
-    fn take(&mut self, arena: &mut PatternArena, pool: Pool, len: u32) -> Result<u32, PatternError> {
+    /// A further range, which goes with the others.
+    pub(crate) fn take(&mut self, arena: &mut PatternArena, pool: Pool, len: u32) -> Result<u32, PatternError> {
         let range = arena.allocate(pool, len)?;
         self.ranges.push((pool, range.clone()));
         Ok(range.start)
@@ -211,7 +212,9 @@ impl PatternRanges {
         )?;
         let momentum = if local { waves * graph.vertices } else { 0 };
         self.field = self.take(arena, Pool::Wave, 2 * graph.vertices + nodes + momentum)?;
-        let mut edge_base = self.take(arena, Pool::Edges, edges)?;
+        // The passes of a posed surface lay down more here, before there are edge constants.
+        let laid_down = graph.levels[0].edges + 2 * graph.vertices + 1;
+        let mut edge_base = self.take(arena, Pool::Edges, edges.max(laid_down))?;
         let state_base = self.take(arena, Pool::Balance, STATE_WORDS + partials + nodes)?;
         if own_geometry {
             let len = graph.geometry.end - graph.geometry.start;

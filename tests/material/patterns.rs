@@ -11,7 +11,7 @@ use bevy_field_patterns::{
         shade::PatternMemory,
     },
 };
-use std::f32::consts::TAU;
+use std::f32::consts::{PI, TAU};
 
 const RECORD_WORDS: usize = size_of::<PatternRecord>() / 4;
 
@@ -174,6 +174,47 @@ impl Pattern {
         }
         pattern.relax(30);
         pattern
+    }
+
+    /// A ball of radius 1, of rings from pole to pole, with the field of an axis; its phases are exact.
+    pub fn ball(rings: u32, axis: Vec3, frequency: f32) -> Self {
+        let sides = 2 * rings;
+        let mut ball = Self {
+            positions: vec![],
+            triangles: vec![],
+            ..Self::plane(1.0, 1, axis, frequency)
+        };
+        for i in 0..=rings {
+            for j in 0..sides {
+                let (u, v) = (i as f32 / rings as f32 * PI, j as f32 / sides as f32 * TAU);
+                ball.positions
+                    .push(Vec3::new(u.sin() * v.cos(), u.cos(), u.sin() * v.sin()));
+            }
+        }
+        for (i, j) in (0..rings).flat_map(|i| (0..sides).map(move |j| (i, j))) {
+            let at = |i: u32, j: u32| i * sides + j % sides;
+            let quad = [at(i, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)];
+            ball.triangles.push([quad[0], quad[1], quad[2]]);
+            ball.triangles.push([quad[2], quad[1], quad[3]]);
+        }
+        ball.triangles.retain(|t| {
+            let [a, b, c] = t.map(|v| ball.positions[v as usize]);
+            (b - a).cross(c - a).length() > 1e-8
+        });
+        ball.normals = ball.positions.clone();
+        ball.directions = ball
+            .normals
+            .iter()
+            .map(|n| axis.reject_from(*n).normalize_or(Vec3::X))
+            .collect();
+        ball.frequencies = vec![frequency; ball.positions.len()];
+        // Along a meridian the axis's coordinate is the sine of the latitude, and the length is the latitude.
+        ball.z = ball
+            .positions
+            .iter()
+            .map(|p| phasor(frequency * p.dot(axis).clamp(-1.0, 1.0).asin()))
+            .collect();
+        ball
     }
 
     /// Sweeps of block descent: every phasor becomes the mean of what its neighbours predict.
