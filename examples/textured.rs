@@ -47,6 +47,10 @@ enum Look {
     Pinwheel,
     /// Arrows cut out of a shell
     Cutout,
+    /// Arrows in a focus, streaks elsewhere, coloured by the distance from it
+    Flow,
+    /// Signs of a scalar: minus, dot, plus, one for each cell
+    Patches,
 }
 
 fn main() -> ExitCode {
@@ -88,6 +92,16 @@ fn spawn(
         ..style(name, ink)
     };
     let white = LinearRgba::WHITE;
+    let mesh = shapes::knot(480, 42);
+    let scalars = |scalar: fn(Vec3) -> f32| PatternScalars {
+        first: ScalarSource::Vertices(mesh.positions.iter().map(|&p| scalar(p)).collect()),
+        ..default()
+    };
+    let scalars = match look {
+        Look::Flow => scalars(|p| p.distance(Vec3::new(0.6, 0.5, 0.6))),
+        Look::Patches => scalars(|p| (2.2 * p.x).sin() * (2.0 * p.y + 1.0).cos()),
+        _ => PatternScalars::default(),
+    };
     // Which waves and which symmetry an image fits is told at `PatternTextureMaterial`.
     let (field, symmetry, waves, extension) = match look {
         Look::Arrows => (axis, Symmetry::Vector, Waves::ORTHOGONAL, moving("arrow")),
@@ -114,6 +128,36 @@ fn spawn(
                 ..moving("arrow")
             };
             (axis, Symmetry::Vector, Waves::ORTHOGONAL, cut)
+        }
+        Look::Flow => {
+            let fading = PatternTexture {
+                fade: Some(TextureFade {
+                    image: Some(image("streaks")),
+                    begin: 0.7,
+                    end: 1.2,
+                    ..default()
+                }),
+                color: Some(ScalarColor {
+                    map: ColorMap::Viridis,
+                    high: 2.5,
+                    ..default()
+                }),
+                tint: white,
+                ..moving("arrow")
+            };
+            (axis, Symmetry::Vector, Waves::ORTHOGONAL, fading)
+        }
+        Look::Patches => {
+            let chosen = PatternTexture {
+                patches: Some(Patches {
+                    columns: 3,
+                    low: -0.6,
+                    high: 0.6,
+                    ..default()
+                }),
+                ..style("patches", white)
+            };
+            (axis, Symmetry::Line, Waves::ORTHOGONAL, chosen)
         }
         Look::Weave => (
             curvature(Principal::Minor),
@@ -153,11 +197,12 @@ fn spawn(
     };
     commands.spawn((
         Subject,
-        Mesh3d(meshes.add(to_bevy_mesh(&shapes::knot(480, 42)))),
+        Mesh3d(meshes.add(to_bevy_mesh(&mesh))),
         MeshMaterial3d(materials.add(PatternTextureMaterial { base, extension })),
         field,
         symmetry,
         waves,
+        scalars,
         Frequency::Uniform(6.0),
     ));
 }

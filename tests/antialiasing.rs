@@ -296,18 +296,20 @@ fn grey(app: &mut App, value: fn(Vec2) -> f32) -> Handle<Image> {
     app.world_mut().resource_mut::<Assets<Image>>().add(image)
 }
 
-/// Waves of light: no edge anywhere.
+/// Waves of light: no edge anywhere. The same after half a turn, as on a line field it must be.
 fn smooth(p: Vec2) -> f32 {
     let angle = std::f32::consts::TAU * p;
-    0.5 + 0.25 * angle.x.cos() + 0.25 * (angle.x + 2.0 * angle.y).sin()
+    0.5 + 0.25 * angle.x.cos() + 0.25 * (angle.x + 2.0 * angle.y).cos()
 }
 
-/// A black arrow on white.
+/// A black lozenge on white.
 fn hard(p: Vec2) -> f32 {
     let q = 2.0 * p - 1.0;
-    let shaft = q.y.abs() < 0.15 && (-0.8..0.2).contains(&q.x);
-    let head = (0.1..0.8).contains(&q.x) && q.y.abs() < 0.8 - q.x;
-    if shaft || head { 0.0 } else { 1.0 }
+    if (q.x + 0.5 * q.y).abs() < 0.5 && q.y.abs() < 0.7 {
+        0.0
+    } else {
+        1.0
+    }
 }
 
 #[test]

@@ -14,7 +14,7 @@
 }
 
 // Steps of Newton's method.
-const STEPS: u32 = 4u;
+const STEPS: u32 = 6u;
 // Triangles that one step may cross.
 const MAX_CROSSED: u32 = 64u;
 // Near enough to the middle [periods].

