@@ -46,6 +46,7 @@ fn main() -> ExitCode {
 /// Ink on paper, dark where little light falls.
 fn strokes() -> Hatch {
     Hatch {
+        tone: HatchTone::Light { light: 2.0, dark: 0.0 },
         outline: HatchOutline::solid(1.6),
         ..default()
     }
@@ -55,12 +56,12 @@ fn strokes() -> Hatch {
 fn dashed() -> Hatch {
     Hatch {
         ink: LinearRgba::rgb(0.02, 0.03, 0.10),
-        tone: HatchTone::Light { light: 0.3, dark: 0.0 },
+        tone: HatchTone::Light { light: 0.8, dark: 0.0 },
         darkest: 0.5,
         outline: HatchOutline::dashed(2.0, 14.0),
         chroma_depth: ChromaDepth {
-            near: 6.0,
-            far: 9.0,
+            near: 3.6,
+            far: 5.2,
             ink: 0.7,
             paper: 0.0,
         },
