@@ -1,4 +1,5 @@
 //! One sample per pixel looks like the mean of many: hatching and a tensor's stripes against 36 unfiltered samples.
+#![allow(clippy::print_stdout, reason = "what was measured")]
 
 use bevy::prelude::*;
 use bevy_field_patterns::material::*;
@@ -44,7 +45,9 @@ fn inside(truth: &Picture) -> Vec<usize> {
 /// What to draw with so many samples along a pixel's side, filtered or not.
 type Style<'a> = &'a dyn Fn(&mut Scene, f32, bool, Lens) -> Picture;
 
-fn check(scene: &mut Scene, name: &str, style: Style, allowed: f32) {
+/// What is further from the truth than allowed, a mean of 36 samples being itself off by about 2 %.
+fn check(scene: &mut Scene, name: &str, style: Style, allowed: f32) -> Vec<String> {
+    let mut failures = vec![];
     for (view, scale) in [("near", 0.6), ("middle", 1.2), ("far", 3.0)] {
         let lens = |samples| Lens {
             width: samples * WIDTH,
@@ -77,15 +80,15 @@ fn check(scene: &mut Scene, name: &str, style: Style, allowed: f32) {
             "{name:16} {view:8} {with:.4} of white, unfiltered {without:.4}, {} pixels",
             inside.len()
         );
-        assert!(inside.len() > 80, "{name}, {view}: too few pixels");
-        assert!(
-            with < allowed && without > 2.0 * with,
-            "{name}, {view}: {with}, unfiltered {without}"
-        );
+        if inside.len() < 80 || with > allowed || without < 2.0 * with {
+            failures.push(format!("{name}, {view}: {with}, unfiltered {without}"));
+        }
     }
+    failures
 }
 
 pub fn one_sample_is_the_mean_of_many(scene: &mut Scene) {
+    let mut failures = vec![];
     for (name, tag, share, spacing) in [
         ("hatch", scene.line, 0.3, Some(8.0)),
         ("hatch fine", scene.line, 0.4, Some(3.0)),
@@ -107,7 +110,7 @@ pub fn one_sample_is_the_mean_of_many(scene: &mut Scene) {
             scene.stage.clear([body]);
             picture
         };
-        check(scene, name, &draw, 0.02);
+        failures.extend(check(scene, name, &draw, 0.03));
     }
     let (mesh, tag) = tensor::torus(scene);
     let draw = |scene: &mut Scene, samples: f32, anti_aliasing, lens| {
@@ -122,5 +125,6 @@ pub fn one_sample_is_the_mean_of_many(scene: &mut Scene) {
         scene.stage.clear([body]);
         picture
     };
-    check(scene, "tensor", &draw, 0.03);
+    failures.extend(check(scene, "tensor", &draw, 0.04));
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

@@ -14,7 +14,7 @@ use crate::{
 /// First eigenvalue red, second green, blue beyond the limits, on white, unlit.
 pub fn style() -> Tensor {
     let plain = |color: LinearRgba| Eigenvalue {
-        low_color: color * 0.2,
+        low_color: (color * 0.2).with_alpha(1.0),
         high_color: color,
         alert_color: LinearRgba::BLUE,
         thin: 0.1,
