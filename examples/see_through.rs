@@ -52,7 +52,7 @@ fn setup(
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
     let organs = Organs::generate(0.03, 5);
-    let mut flesh = |color: Color, roughness: f32| StandardMaterial {
+    let flesh = |color: Color, roughness: f32| StandardMaterial {
         base_color: color,
         perceptual_roughness: roughness,
         double_sided: true,

@@ -4,7 +4,7 @@
 //! [`STRIDE`]; or a mesh, entities for the joints and a system that moves them.
 
 use bevy::{
-    camera::visibility::NoFrustumCulling,
+    camera::visibility::DynamicSkinnedMeshBounds,
     mesh::{
         VertexAttributeValues,
         morph::{MeshMorphWeights, MorphAttributes},
@@ -160,8 +160,7 @@ pub fn spawn(
     let weights = MeshMorphWeights::Value {
         weights: morph_weights(0.0).to_vec(),
     };
-    // The rest pose's box does not hold all poses.
-    let body = (Mesh3d(mesh), skin, weights, walker, NoFrustumCulling);
+    let body = (Mesh3d(mesh), skin, weights, walker, DynamicSkinnedMeshBounds);
     commands.spawn((body, Transform::default(), ChildOf(root))).id()
 }
 

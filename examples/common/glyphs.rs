@@ -1,6 +1,6 @@
 //! Images for textures on waves, drawn by formula.
 //!
-//! In: a size in pixels, colours. Out: square images with soft edges; u runs to the right along d, v downwards along
+//! In: a size in pixels, colours. Out: square images with soft edges; u runs to the right along d, v upwards along
 //! n × d. What is not drawn is transparent and has the colour of what is, so that it does not bleed.
 
 use bevy::{

@@ -20,10 +20,15 @@ impl Pattern {
     /// The GPU brings directions, frequencies and edge constants up to date.
     fn push_inputs(&mut self, work: &mut Work) {
         let due = self.sources.take_due();
+        if due.pose {
+            work.posed.push(self.member());
+        }
         work.copies.extend(due.direction_copy);
         work.copies.extend(due.frequency_copy);
         work.smooth.extend(due.smooth.map(|steps| (self.member(), steps)));
         if due.directions {
+            let steps = self.sources.curvature();
+            work.curved.extend(steps.map(|steps| (self.member(), steps)));
             work.directions.push(self.member());
         }
         if due.frequencies {
