@@ -89,7 +89,7 @@ struct Args {
     #[arg(long)]
     points: bool,
     /// Neighbours that each point asks for.
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(3..=32))]
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(3..=32))]
     neighbors: u32,
     /// Draw creases of more than 35 degrees to crests with this weight (with `--device cpu`).
     #[arg(long, value_parser = parse_finite)]

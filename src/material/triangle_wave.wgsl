@@ -85,20 +85,6 @@ fn oriented(corners: Corners, s: vec3<f32>) -> Corners {
     return turned;
 }
 
-// Moves corners that are all at the vertex of a disc to those of the disc's triangle, and their phases with them: on a
-// disc the wave is plane. x, y are the half axes of the square.
-fn spread_disc(corners: Corners, triangle: u32, x: vec3<f32>, y: vec3<f32>) -> Corners {
-    let even = (triangle & 1u) == 0u;
-    let offsets = mat3x3(-x - y, select(x + y, x - y, even), select(y - x, x + y, even));
-    var spread = corners;
-    for (var m = 0u; m < 3u; m++) {
-        spread.position[m] += offsets[m];
-        let turns = corners.frequency[m] * dot(offsets[m], corners.direction[m]);
-        spread.z[m] = kite::cmul(corners.z[m], kite::phasor(turns));
-    }
-    return spread;
-}
-
 // P - v_m from differences of corners: exact far from the origin. [length]
 fn offset(corners: Corners, m: u32, b: vec3<f32>) -> vec3<f32> {
     let v = corners.position;

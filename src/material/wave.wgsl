@@ -25,12 +25,15 @@
 //
 // Do not import a function under the name of a field (`kite::phasor` and `wave.phasor`): naga_oil replaces both.
 
-#import bevy_field_patterns::kite::{Coupling, TAU}
-#import bevy_field_patterns::layout::{FLAG_CROSS, FLAG_DISCS, FLAG_READY, FLAG_VECTOR}
+#import bevy_field_patterns::kite
+#import bevy_field_patterns::kite::{
+    Coupling, Frame, TAU, aligned_distance, cmul, direction_of, quarter_turns, turned_reversed, turned_wave,
+}
+#import bevy_field_patterns::layout::{FLAG_CROSS, FLAG_DISCS, FLAG_READY, FLAG_VECTOR, RECORD_WORDS}
 #import bevy_field_patterns::triangle_pair::{
     PairCorners, Turns, WavePair, corner_turns, pair_in_triangle, pair_pieces,
 }
-#import bevy_field_patterns::triangle_wave::{Corners, Wave, add_share, blended, spread_disc, wave_in_triangle}
+#import bevy_field_patterns::triangle_wave::{Corners, Wave, add_share, blended, wave_in_triangle}
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(100) var<storage, read> surface: array<u32>;
 @group(#{MATERIAL_BIND_GROUP}) @binding(101) var<storage, read> geometry: array<vec4<f32>>;
@@ -235,8 +238,63 @@ fn load_corners(point: PatternPoint, r: u32) -> Corners {
         }
     }
     if (surface[point.tag + 2u] & FLAG_DISCS) != 0u {
-        let axes = geometry_base + 2u * surface[point.tag] + 2u * surface[triangle];
-        corners = spread_disc(corners, point.triangle, geometry[axes].xyz, geometry[axes + 1u].xyz);
+        return spread_disc(corners, point, surface[triangle], r);
     }
     return corners;
+}
+
+// Moves corners that are all at the vertex of a point cloud to those of the vertex's square, whose half axes are x and y.
+// Their phases are what the vertex and its neighbours predict there, the nearer ones more: so squares that overlap agree.
+fn spread_disc(corners: Corners, point: PatternPoint, vertex: u32, r: u32) -> Corners {
+    let axes = surface[point.tag + 5u] + 2u * (surface[point.tag] + vertex);
+    let x = geometry[axes].xyz;
+    let y = geometry[axes + 1u].xyz;
+    let even = (point.triangle & 1u) == 0u;
+    var spread = corners;
+    spread.position[0] += -x - y;
+    spread.position[1] += select(x + y, x - y, even);
+    spread.position[2] += select(y - x, x + y, even);
+    spread.z = mat3x2<f32>();
+    // Weights fall to 0 at this squared distance.
+    let reach = 4.0 * max(dot(x, x), dot(y, y));
+    spread = with_prediction(spread, point, vertex, vertex, r, reach);
+    // Offset and neighbor base of the first level's record.
+    let offsets = surface[point.tag + RECORD_WORDS + 1u];
+    let list = surface[point.tag + RECORD_WORDS + 2u];
+    let end = surface[offsets + vertex + 1u];
+    for (var k = surface[offsets + vertex]; k < end; k++) {
+        spread = with_prediction(spread, point, vertex, surface[list + k], r, reach);
+    }
+    return spread;
+}
+
+// Adds to the phasors at the corners of a vertex's square what vertex j predicts there.
+fn with_prediction(corners: Corners, point: PatternPoint, vertex: u32, j: u32, r: u32, reach: f32) -> Corners {
+    let cross_field = (surface[point.tag + 2u] & FLAG_CROSS) != 0u;
+    let count = max(waves_of(point), 1u);
+    let own = load_frame(point, vertex);
+    let other = load_frame(point, j);
+    let k = quarter_turns(Coupling(count, is_vector(point), cross_field), other, own);
+    let m = turned_wave(k, r);
+    let flip = turned_reversed(k, r);
+    let place = geometry[surface[point.tag + 5u] + 2u * j].xyz;
+    let d = select(direction_of(other, m), -direction_of(other, m), flip);
+    let f_j = waves[surface[point.tag + 6u] + 2u * j + 1u].y * select(1.0, bitcast<f32>(surface[point.tag + 18u]), r == 1u);
+    let given = waves[surface[point.tag + 7u] + count * j + m];
+    let unit = given / max(length(given), 1e-14);
+    let z = select(unit, kite::reversed(unit), flip);
+    var sum = corners;
+    for (var c = 0u; c < 3u; c++) {
+        let offset = corners.position[c] - place;
+        let weight = max(1.0 - dot(offset, offset) / reach, 0.0);
+        let turns = 0.5 * (f_j + corners.frequency[c]) * aligned_distance(offset, d, corners.direction[c]);
+        sum.z[c] += weight * weight * cmul(z, kite::phasor(turns));
+    }
+    return sum;
+}
+
+fn load_frame(point: PatternPoint, vertex: u32) -> Frame {
+    let field = surface[point.tag + 6u] + 2u * vertex;
+    let d = vec3(waves[field], waves[field + 1u].x);
+    return Frame(d, cross(geometry[surface[point.tag + 5u] + 2u * vertex + 1u].xyz, d));
 }

@@ -25,7 +25,7 @@ use std::f32::consts::TAU;
 #[derive(Reflect, Debug, Clone, Copy, PartialEq)]
 #[reflect(Default)]
 pub struct CloudOptions {
-    /// Neighbours k that each point asks for, 3..=32; those that ask for it are its neighbours as well. Default 8; more
+    /// Neighbours k that each point asks for, 3..=32; those that ask for it are its neighbours as well. Default 6; more
     /// bring more colours, not better waves. A value outside counts as the nearest one inside.
     pub neighbors: u32,
     /// Half the side of the square that is drawn for a point, over the mean distance of its neighbours' square packing;
@@ -37,7 +37,7 @@ pub struct CloudOptions {
 impl Default for CloudOptions {
     fn default() -> Self {
         Self {
-            neighbors: 8,
+            neighbors: 6,
             disc: 0.85,
         }
     }

@@ -30,6 +30,7 @@ mod quality;
 mod render;
 mod settings;
 pub mod shade;
+mod shade_disc;
 pub mod shade_pair;
 mod shaders;
 pub mod solver;

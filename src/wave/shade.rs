@@ -113,27 +113,9 @@ impl PatternMemory<'_> {
             }
         }
         if record.flags & FLAG_DISCS != 0 {
-            let axes = (record.geometry_base + 2 * record.vertices + 2 * vertices[0]) as usize;
-            let [x, y] = self.geometry.get(axes..axes + 2)? else {
-                return None;
-            };
-            spread_disc(&mut corners, triangle, x.truncate(), y.truncate());
+            self.spread_disc(record, &mut corners, vertices[0], triangle, wave)?;
         }
         Some(corners)
-    }
-}
-
-/// Moves corners that are all at the vertex of a disc to those of the disc's `triangle`, and their phases with them: on a
-/// disc the wave is plane.
-fn spread_disc(corners: &mut Corners, triangle: u32, x: Vec3, y: Vec3) {
-    let offsets = match triangle % 2 {
-        0 => [-x - y, x - y, x + y],
-        _ => [-x - y, x + y, y - x],
-    };
-    for (m, offset) in offsets.into_iter().enumerate() {
-        corners.position[m] += offset;
-        let turns = corners.frequency[m] * offset.dot(corners.direction[m]);
-        corners.z[m] = cmul(corners.z[m], phasor(turns));
     }
 }
 
