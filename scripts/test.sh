@@ -15,6 +15,10 @@ cargo fmt --check
 heading "Lints"
 cargo clippy --all-features --all-targets -- -D warnings
 
+# The crate's own features change nothing of Bevy's, so that only the crate is checked again.
+heading "Lints without features"
+cargo clippy --tests -- -D warnings
+
 heading "Documentation"
 RUSTDOCFLAGS="-D warnings" cargo doc --all-features --no-deps --lib --example viewer
 

@@ -85,6 +85,12 @@ pub enum PatternError {
     /// The style needs a vector field.
     #[error("{0} needs Symmetry::Vector: on a line field d and -d are the same, and only sin \u{3a6} is defined")]
     NeedsVectorSymmetry(&'static str),
+    /// The style needs two waves.
+    #[error("{0} needs two waves; give the entity Waves::Orthogonal or Waves::Cross")]
+    NeedsTwoWaves(&'static str),
+    /// The entity is a point cloud, whose points have no triangles to take normals from.
+    #[error("a point cloud cannot be posed; give it PatternPose::Rest")]
+    LiveCloud,
     /// A metric has an eigenvalue that is not above zero.
     #[error("{what} {index} is not positive definite; d² = vᵀMv must be above 0 for every direction v")]
     NotPositive {
@@ -172,4 +178,7 @@ pub enum PatternError {
     /// The entity carries a field and samples, but can be drawn with one pattern only.
     #[error("the entity has a DirectionField and a SampleSet; draw waves and cells on two entities with the same mesh")]
     TwoPatterns,
+    /// There is nothing to draw cells on.
+    #[error("the entity has cells to draw, but no mesh; give it a Mesh3d, or a Mesh2d for a planar set")]
+    NoMesh,
 }

@@ -81,9 +81,14 @@ pub mod prelude {
             Symmetry, TensorField, Vortex, VortexCores, VortexField,
         },
         material::{
-            BorderWidth, CellDebug, CellFill, CellMaterial, CellMaterial2d, CellShape, CellTexture, Cells, DebugStyle,
-            Focus, FocusShape, FocusSource, PatternMaterialPlugin, Profile, StripeDrive, StripeMaterial, Stripes,
-            TileChoice,
+            BorderWidth, CellDebug, CellFill, CellMaterial, CellMaterial2d, CellShape, CellTexture, Cells, ColorMap,
+            DebugStyle, Focus, FocusShape, FocusSource, Patches, PatternMaterialPlugin, PatternTexture,
+            PatternTextureMaterial, Profile, ScalarChannel, ScalarColor, StripeDrive, StripeMaterial, StripeWaves,
+            Stripes, TextureFade, TextureHeight, TileChoice, Travel,
+        },
+        material::{
+            ChromaDepth, DashAlong, DistanceFrom, Eigenvalue, Hatch, HatchHand, HatchMaterial, HatchOutline,
+            HatchStrokes, HatchTone, StrokeSpacing, Tensor, TensorMaterial, ToneSource,
         },
         sampling::{
             AnisotropicSamples, Density, Importance, Metric, MetricSource, SampleSet, SamplesFailed, SamplesReady,
@@ -92,7 +97,7 @@ pub mod prelude {
         scene::{PatternScene, PatternScenePart},
         wave::{
             CreaseLine, CreasePhase, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern,
-            SolverSettings, Waves,
+            SolverSettings, Waves, pose::PatternPose,
         },
     };
 }
@@ -106,6 +111,9 @@ impl PluginGroup for FieldPatternsPlugin {
         PluginGroupBuilder::start::<Self>()
             .add(wave::WavePlugin)
             .add(material::StripeMaterialPlugin)
+            .add(material::PatternTexturePlugin)
+            .add(material::HatchMaterialPlugin)
+            .add(material::TensorMaterialPlugin)
             .add(sampling::SamplingPlugin)
             .add(cells::CellPlugin)
             .add(material::CellMaterialPlugin)

@@ -8,7 +8,7 @@
 use crate::{
     field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
     material::{FocusSource, StripeMaterial, Stripes},
-    wave::PatternSystems,
+    wave::{PatternSystems, pose::PatternPose},
 };
 use bevy::{
     asset::AssetEventSystems,
@@ -37,8 +37,8 @@ use bevy::{
 /// Meshes that share a material go on sharing one. Of nested `PatternScene`s the nearest counts. Removing the component
 /// gives the meshes back what they had. A change of the style alone solves nothing again.
 ///
-/// A mesh that has a [`DirectionField`], [`Frequency`], [`Symmetry`], [`FieldTurn`] or [`PatternSpace`] of its own keeps it,
-/// now and afterwards; the scene fills in the others. (A field of its own comes with a frequency, the default one if there
+/// A mesh that has a [`DirectionField`], [`Frequency`], [`Symmetry`], [`FieldTurn`], [`PatternSpace`] or [`PatternPose`] of
+/// its own keeps it, now and afterwards; the scene fills in the others. (A field of its own comes with a frequency, the default one if there
 /// is no other.)
 ///
 /// Fields that a file brings along are vertex attributes whose names begin with an underscore. Bevy's loader has to know
@@ -67,6 +67,9 @@ pub struct PatternScene {
     /// The space of field and frequency. Default [`PatternSpace::Mesh`]; in [`PatternSpace::World`], meshes of different
     /// scale get stripes of one width.
     pub space: PatternSpace,
+    /// Whether the patterns keep their spacing while skins and morph targets deform the meshes. Default
+    /// [`PatternPose::Rest`]: they do not.
+    pub pose: PatternPose,
     /// Stripes per unit length of `space`, 0 or more. Default 10.
     pub frequency: Frequency,
     /// The look of all stripes.
@@ -95,6 +98,7 @@ struct Given {
     symmetry: Option<Symmetry>,
     turn: Option<FieldTurn>,
     space: Option<PatternSpace>,
+    pose: Option<PatternPose>,
 }
 
 /// Keeps the meshes of [`PatternScene`]s as these say, in `PostUpdate`, before patterns are updated.
@@ -179,6 +183,7 @@ struct PartData {
         Option<&'static Symmetry>,
         Option<&'static FieldTurn>,
         Option<&'static PatternSpace>,
+        Option<&'static PatternPose>,
     ),
 }
 
@@ -284,15 +289,17 @@ fn dress_parts(
 /// Gives a mesh what it lacks of a pattern, and tells what it has from the scene now.
 fn give_pattern(entity: &mut EntityCommands, scene: &PatternScene, data: &PartDataItem) -> Given {
     let old = data.part.map(|part| part.given.clone()).unwrap_or_default();
-    let (field, frequency, symmetry, turn, space) = data.given;
+    let (field, frequency, symmetry, turn, space, pose) = data.given;
     let wanted_turn = (scene.turn != 0.0).then_some(FieldTurn(scene.turn));
     let wanted_space = (scene.space != PatternSpace::default()).then_some(scene.space);
+    let wanted_pose = (scene.pose != PatternPose::default()).then_some(scene.pose);
     Given {
         // The field comes last: it would bring a frequency along.
         frequency: give(entity, Some(scene.frequency.clone()), frequency, old.frequency),
         symmetry: give(entity, scene.symmetry, symmetry, old.symmetry),
         turn: give(entity, wanted_turn, turn, old.turn),
         space: give(entity, wanted_space, space, old.space),
+        pose: give(entity, wanted_pose, pose, old.pose),
         field: give(entity, Some(scene.field.clone()), field, old.field),
     }
 }
@@ -323,12 +330,13 @@ fn give<C: Component + Clone + PartialEq>(
 /// Takes back what was given, and gives a mesh its material again, unless it has a plain one already.
 fn undress(mut entity: EntityCommands, base: Option<&Handle<StandardMaterial>>, data: &PartDataItem) {
     let given = data.part.map(|part| part.given.clone()).unwrap_or_default();
-    let (field, frequency, symmetry, turn, space) = data.given;
+    let (field, frequency, symmetry, turn, space, pose) = data.given;
     give(&mut entity, None, field, given.field);
     give(&mut entity, None, frequency, given.frequency);
     give(&mut entity, None, symmetry, given.symmetry);
     give(&mut entity, None, turn, given.turn);
     give(&mut entity, None, space, given.space);
+    give(&mut entity, None, pose, given.pose);
     entity.try_remove::<(PatternScenePart, MeshMaterial3d<StripeMaterial>)>();
     if let Some(base) = base {
         entity.try_insert(MeshMaterial3d(base.clone()));

@@ -198,8 +198,8 @@ fn every_method_meets_its_marks_of_evenness() {
         check("torus", &graph, &samples.set, 1500);
         let quality = surface_quality(&graph, &metric, &samples.set).expect("good samples");
         let [nn_cv, area_cv, hole] = match method {
-            SurfaceMethod::Labels => [0.075, 0.10, 0.80],
-            SurfaceMethod::Triangulated => [0.065, 0.085, 0.78],
+            SurfaceMethod::Labels => [0.075, 0.10, 0.78],
+            SurfaceMethod::Triangulated => [0.065, 0.085, 0.75],
             SurfaceMethod::Paper => [0.125, 0.17, 1.3],
         };
         let good = quality.nn_cv <= nn_cv && quality.area_cv <= area_cv && quality.hole <= hole;
@@ -210,6 +210,19 @@ fn every_method_meets_its_marks_of_evenness() {
             "{method:?}: {quality:?}"
         );
     }
+}
+
+/// Without the feature two methods say what they lack, and nothing else is done in their place.
+#[cfg(not(feature = "meshopt"))]
+#[test]
+fn without_meshopt_only_labels_are_there() {
+    let graph = graph_of(&torus(24, 9));
+    for method in [SurfaceMethod::Triangulated, SurfaceMethod::Paper] {
+        let result = sample_surface(&graph, &isotropic(&graph), &options(method, 50), &Progress::default());
+        assert_eq!(result.err(), Some(PatternError::MissingFeature("meshopt")));
+    }
+    let samples = sample(&graph, &isotropic(&graph), &options(SurfaceMethod::Labels, 50));
+    assert_eq!(samples.set.len(), 50);
 }
 
 #[test]

@@ -11,6 +11,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod nuclei;
 
 use bevy::prelude::*;
 use bevy_field_patterns::{prelude::*, sampling::MetricSource};
@@ -46,6 +47,8 @@ fn parse_ratio(text: &str) -> Result<f32, String> {
 
 /// Beats of the heart per second; slow enough to see.
 const PULSE: f32 = 0.2;
+/// Beats from one set of samples to the next at most, so that cells keep their places however slow the machine is.
+const LONGEST_STEP: f32 = 0.02;
 
 /// The wall that is sampled, and the beat of the heart.
 #[derive(Component)]
@@ -54,6 +57,8 @@ struct Wall {
     ratio: f32,
     /// In beats.
     phase: f32,
+    /// Beats since then that the samples have not followed yet.
+    behind: f32,
     beating: bool,
 }
 
@@ -64,6 +69,7 @@ fn main() -> ExitCode {
             vessel: Vessel::default(),
             ratio: cli.ratio,
             phase: 0.0,
+            behind: 0.0,
             beating: cli.output.screenshot.is_none(),
         };
         let (count, borders) = (cli.count, !cli.no_borders);
@@ -71,9 +77,12 @@ fn main() -> ExitCode {
         app.add_plugins(FieldPatternsPlugin)
             .add_systems(
                 Startup,
-                move |commands: Commands, meshes: ResMut<Assets<Mesh>>, materials: ResMut<Assets<CellMaterial>>| {
+                move |commands: Commands,
+                      meshes: ResMut<Assets<Mesh>>,
+                      images: ResMut<Assets<Image>>,
+                      materials: ResMut<Assets<CellMaterial>>| {
                     if let Some(wall) = wall.take() {
-                        setup(commands, meshes, materials, wall, count, borders);
+                        setup(commands, meshes, images, materials, wall, count, borders);
                     }
                 },
             )
@@ -85,6 +94,7 @@ fn main() -> ExitCode {
 fn setup(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
+    mut images: ResMut<Assets<Image>>,
     mut materials: ResMut<Assets<CellMaterial>>,
     wall: Wall,
     count: u32,
@@ -93,7 +103,8 @@ fn setup(
     let material = materials.add(CellMaterial {
         base: StandardMaterial {
             base_color: Color::srgb(0.80, 0.42, 0.36),
-            perceptual_roughness: 0.45,
+            perceptual_roughness: 0.6,
+            reflectance: 0.25,
             double_sided: true,
             cull_mode: None,
             ..default()
@@ -107,6 +118,12 @@ fn setup(
             bump: 0.35,
             bump_width: 0.6,
             jitter: 0.05,
+            texture: Some(CellTexture {
+                image: images.add(nuclei::atlas()),
+                columns: nuclei::TILES,
+                radius: 1.2,
+                ..default()
+            }),
             ..default()
         },
     });
@@ -162,8 +179,10 @@ fn beat(
         if !wall.beating {
             continue;
         }
-        wall.phase = (wall.phase + PULSE * time.delta_secs()).fract();
+        wall.behind += PULSE * time.delta_secs();
         if *state == SamplingState::Ready {
+            wall.phase = (wall.phase + wall.behind.min(LONGEST_STEP)).fract();
+            wall.behind = 0.0;
             samples.metric = metric(&wall);
         }
     }

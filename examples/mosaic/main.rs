@@ -1,22 +1,18 @@
 //! Makes a mosaic of an image: stones that lie along its edges, small where much happens, each of one colour.
 //!
 //! ```sh
-//! cargo run --example mosaic -- photo.png
+//! cargo run --example mosaic -- photo.jpg
 //! cargo run --example mosaic -- --ratio 5 --screenshot mosaic.png
 //! ```
 #![allow(unreachable_pub, reason = "modules of one program")]
 
 #[path = "../common/mod.rs"]
 mod common;
+mod file;
 mod painting;
 mod panel;
 
-use bevy::{
-    asset::RenderAssetUsages,
-    image::{CompressedImageFormats, ImageSampler, ImageType},
-    math::DVec2,
-    prelude::*,
-};
+use bevy::{math::DVec2, prelude::*};
 use bevy_field_patterns::{
     prelude::*,
     sampling::{metric::Structure, planar::PlanarDomain},
@@ -31,7 +27,7 @@ use std::{path::PathBuf, process::ExitCode};
 /// Makes a mosaic of an image.
 #[derive(Parser)]
 struct Cli {
-    /// PNG file; a built-in painting without it
+    /// PNG or JPEG file; a built-in painting without it
     image: Option<PathBuf>,
     /// Number of stones
     #[arg(long, default_value_t = 6000, value_parser = clap::value_parser!(u32).range(1..=200_000))]
@@ -73,7 +69,11 @@ const HEIGHT: f32 = 1.0;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    let image = match cli.image.as_ref().map_or_else(|| Ok(painting::evening()), open) {
+    let image = match cli
+        .image
+        .as_ref()
+        .map_or_else(|| Ok(painting::evening()), |path| file::open(path))
+    {
         Ok(image) => image,
         Err(message) => return common::args::refuse(&message),
     };
@@ -88,7 +88,7 @@ fn main() -> ExitCode {
                 ratio: cli.ratio,
                 detail: cli.detail,
                 importance: cli.importance,
-                joint: 0.12,
+                joint: 0.1,
             })
             .add_systems(Startup, move |commands: Commands, images: ResMut<Assets<Image>>| {
                 lay(commands, images, image.clone(), size);
@@ -102,20 +102,6 @@ fn main() -> ExitCode {
     })
 }
 
-fn open(path: &PathBuf) -> Result<Image, String> {
-    let bytes = std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    Image::from_buffer(
-        &bytes,
-        ImageType::Extension(&ending),
-        CompressedImageFormats::NONE,
-        true,
-        ImageSampler::Default,
-        RenderAssetUsages::default(),
-    )
-    .map_err(|error| format!("{}: {error}", path.display()))
-}
-
 /// The mosaic, as yet without stones.
 fn lay(mut commands: Commands, mut images: ResMut<Assets<Image>>, image: Image, size: Vec2) {
     let domain = PlanarDomain::Rectangle {
@@ -123,7 +109,7 @@ fn lay(mut commands: Commands, mut images: ResMut<Assets<Image>>, image: Image, 
         max: size.as_dvec2(),
     };
     commands.insert_resource(Model(images.add(image)));
-    commands.spawn((domain, Mesh2d::default(), MeshMaterial2d::<CellMaterial2d>::default()));
+    commands.spawn((domain, MeshMaterial2d::<CellMaterial2d>::default()));
 }
 
 fn take_wishes(
@@ -142,7 +128,7 @@ fn take_wishes(
                 border_width: BorderWidth::Relative(wishes.joint),
                 border_color: LinearRgba::from(Srgba::rgb(0.20, 0.19, 0.18)),
                 rounding: 0.12,
-                jitter: 0.06,
+                jitter: 0.1,
                 ..default()
             },
             ..default()

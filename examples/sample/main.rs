@@ -16,8 +16,10 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+
 mod metrics;
 mod picture;
+mod plots;
 
 use bevy::{
     math::DVec2,
@@ -45,8 +47,8 @@ struct Args {
     /// An OBJ, PLY or STL file, or `rect:WxH` for a rectangle from (0, 0) to (W, H).
     #[arg(value_parser = parse_ground)]
     ground: Ground,
-    /// What samples follow: `iso`, `axis:X,Y,Z`, `curvature` (meshes), `vortex`, `wavy`, `graded`, or `file:PATH` with
-    /// one line `xx yy zz xy xz yz` of M per vertex of the mesh file, used as given.
+    /// What samples follow: `iso`, `axis:X,Y,Z`, `curvature` (meshes), `vortex`, `wavy`, `graded`, `stress`, `image` and
+    /// `volume` (rectangles), or `file:PATH` with one line `xx yy zz xy xz yz` of M per vertex of the mesh file, used as given.
     #[arg(long, default_value = "iso", value_parser = metrics::parse)]
     metric: MetricArg,
     /// Long axis over short axis of a sample, 1 or more [default: 4 along an axis or curvature, 10 of a vortex and waves]
@@ -70,6 +72,12 @@ struct Args {
     /// Steps of log-Euclidean smoothing of the metric over a mesh [default: 15, and 0 for a file]
     #[arg(long, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     smoothing: Option<u32>,
+    /// Draw the samples' ellipses into an SVG file (in a rectangle).
+    #[arg(long, value_name = "FILE")]
+    ellipses: Option<PathBuf>,
+    /// Draw the samples' power spectrum into a PNG file, undoing the stretch of a constant metric (in a rectangle).
+    #[arg(long, value_name = "FILE")]
+    spectrum: Option<PathBuf>,
     /// Write one line `x y z` per sample.
     #[arg(long, value_name = "FILE")]
     points: Option<PathBuf>,
@@ -161,6 +169,9 @@ fn sample_mesh(args: &Args, path: &PathBuf) -> Result<(Value, Drawn), String> {
             return Err(format!("--method {}: this method is for a rectangle", method.name()));
         }
     };
+    if args.ellipses.is_some() || args.spectrum.is_some() {
+        return Err("--ellipses, --spectrum: these are for a rectangle".into());
+    }
     let raw = mesh_file::read(path).map_err(|error| error.to_string())?;
     let mesh = mesh_file::to_bevy_mesh(&raw);
     let start = Instant::now();
@@ -198,6 +209,9 @@ fn sample_mesh(args: &Args, path: &PathBuf) -> Result<(Value, Drawn), String> {
     ))
 }
 
+/// Side of a spectrum in pixels.
+const SPECTRUM: u32 = 256;
+
 fn sample_rectangle(args: &Args, sides: DVec2) -> Result<(Value, Drawn), String> {
     let method = args.method.unwrap_or(Method::Kite);
     let mut options = match method {
@@ -225,6 +239,12 @@ fn sample_rectangle(args: &Args, sides: DVec2) -> Result<(Value, Drawn), String>
     let total = start.elapsed();
     let positions: Vec<Vec3> = samples.positions.iter().map(|p| p.extend(0.0).as_vec3()).collect();
     write_points(args, &positions)?;
+    if let Some(path) = &args.ellipses {
+        plots::draw_ellipses(path, &samples, sides)?;
+    }
+    if let Some(path) = &args.spectrum {
+        plots::draw_spectrum(path, &samples, &metric, sides, SPECTRUM)?;
+    }
     let quality = planar_quality(&domain, &metric, &samples.positions).map_err(|error| error.to_string())?;
     let ms = times(&samples.times, 0.0, 0.0, total.as_secs_f32());
     let set = samples.set();

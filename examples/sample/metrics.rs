@@ -5,8 +5,13 @@ use bevy::{
     prelude::*,
 };
 use bevy_field_patterns::{
+    error::PatternError,
     field::{DirectionField, Principal},
-    sampling::{Metric, MetricSource, SpaceFunction, metric::planar_ellipse},
+    sampling::{
+        Metric, MetricSource, SpaceFunction,
+        metric::{EigenvalueMapping, MetricVolume, Slice, Structure, metric_of_pixels, planar_ellipse},
+        planar::{MetricGrid, PlanarMetric},
+    },
 };
 use glam_matrix_extras::{SymmetricDMat2, SymmetricDMat3, SymmetricMat3};
 use std::{
@@ -23,6 +28,7 @@ pub enum MetricArg {
     Axis(Dir3),
     Curvature,
     Planar(Planar),
+    Scalars(Scalars),
     File(PathBuf),
 }
 
@@ -35,6 +41,17 @@ pub enum Planar {
     Wavy,
     /// Circles that grow from 1 to 8 from left to right.
     Graded,
+    /// The stress under a load at the middle of the upper side: tensors, whose eigenvalues become lengths.
+    Stress,
+}
+
+/// Metrics of scalars, in a rectangle.
+#[derive(Debug, Clone, Copy)]
+pub enum Scalars {
+    /// An image of rings around the lower left corner.
+    Image,
+    /// A slice through a volume of spherical shells.
+    Volume,
 }
 
 pub fn parse(text: &str) -> Result<MetricArg, String> {
@@ -55,7 +72,14 @@ pub fn parse(text: &str) -> Result<MetricArg, String> {
         "vortex" => MetricArg::Planar(Planar::Vortex),
         "wavy" => MetricArg::Planar(Planar::Wavy),
         "graded" => MetricArg::Planar(Planar::Graded),
-        _ => return Err("expected iso, axis:X,Y,Z, curvature, vortex, wavy, graded or file:PATH".into()),
+        "stress" => MetricArg::Planar(Planar::Stress),
+        "image" => MetricArg::Scalars(Scalars::Image),
+        "volume" => MetricArg::Scalars(Scalars::Volume),
+        _ => {
+            return Err(
+                "expected iso, axis:X,Y,Z, curvature, vortex, wavy, graded, stress, image, volume or file:PATH".into(),
+            );
+        }
     })
 }
 
@@ -81,6 +105,60 @@ impl Planar {
                 let size = 0.25 + 1.75 * p.x.clamp(0.0, 1.0);
                 planar_ellipse(0.0, size, size)
             }
+            Self::Stress => {
+                // The load stands a little above, where stress is finite.
+                let r = p - DVec2::new(0.5, 1.1);
+                let mapping = EigenvalueMapping {
+                    range: Vec2::new(0.0, 3.0),
+                    lengths: Vec2::new(0.3, 1.0),
+                    max_ratio: ratio as f32,
+                };
+                mapping.planar_metric(&(SymmetricDMat2::from_outer_product(r) * (-r.y / r.length_squared().powi(2))))
+            }
+        }
+    }
+}
+
+impl Scalars {
+    /// The metric on a grid over the rectangle from the origin to `sides`.
+    fn grid(self, ratio: f32, sides: DVec2) -> Result<MetricGrid, PatternError> {
+        const SIDE: u32 = 96;
+        let structure = Structure { ratio, ..default() };
+        let wave = |r: f32| 0.5 + 0.5 * (12.0 * r).sin();
+        let at = |i: u32| i as f32 / (SIDE - 1) as f32;
+        let bounds = (DVec2::ZERO, sides);
+        match self {
+            Self::Image => {
+                let pixels: Vec<Vec3> = (0..SIDE * SIDE)
+                    .map(|k| Vec3::splat(wave(Vec2::new(at(k % SIDE), at(k / SIDE)).length())))
+                    .collect();
+                let metrics = metric_of_pixels(&pixels, UVec2::splat(SIDE), &structure);
+                MetricGrid::new(
+                    bounds,
+                    UVec2::splat(SIDE),
+                    metrics.iter().map(|m| m.as_symmetric_mat2()).collect(),
+                )
+            }
+            Self::Volume => {
+                const DEPTH: u32 = 40;
+                let node = |i: u32| i as f32 / (DEPTH - 1) as f32;
+                let voxels: Vec<f32> = (0..DEPTH.pow(3))
+                    .map(|k| {
+                        let p = Vec3::new(node(k % DEPTH), node(k / DEPTH % DEPTH), node(k / DEPTH.pow(2)));
+                        wave((p - 0.5).length())
+                    })
+                    .collect();
+                let volume =
+                    MetricVolume::from_scalars(Vec3::ZERO, Vec3::ONE, UVec3::splat(DEPTH), &voxels, &structure)?;
+                let slice = Slice {
+                    origin: Vec3::new(0.0, 0.0, 0.3),
+                    u: Dir3::X,
+                    v: Dir3::Y,
+                };
+                MetricGrid::bake(bounds, UVec2::splat(SIDE), &|p: DVec2| {
+                    volume.on_slice(&slice, p / sides)
+                })
+            }
         }
     }
 }
@@ -103,6 +181,12 @@ pub fn in_rectangle(
             Box::new(move |_| m)
         }
         MetricArg::Planar(planar) => Box::new(move |p| planar.at(p / sides, formula)),
+        MetricArg::Scalars(scalars) => {
+            let grid = scalars
+                .grid(ratio.unwrap_or(RATIO), sides)
+                .map_err(|error| error.to_string())?;
+            Box::new(move |p| grid.at(p))
+        }
         MetricArg::Curvature => return Err("--metric curvature: a rectangle has none".into()),
         MetricArg::File(_) => return Err("--metric file: has one line per vertex of a mesh, not of a rectangle".into()),
     })
@@ -135,6 +219,7 @@ pub fn on_mesh(
                 in_space(&planar.at(unit, formula)).as_symmetric_mat3()
             })))
         }
+        MetricArg::Scalars(_) => return Err("--metric image, volume: these are for a rectangle".into()),
         MetricArg::File(path) => {
             let rows = read_rows::<6>(path, mesh.positions.len()).map_err(|error| error.to_string())?;
             let matrices: Arc<[SymmetricMat3]> = rows

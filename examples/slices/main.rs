@@ -54,6 +54,8 @@ const HALF: f32 = 1.0;
 const POINTS: u32 = 72;
 /// How fast the slice moves, in sides of the volume per second.
 const SPEED: f32 = 0.04;
+/// Seconds from slice to slice at most, so that cells keep their places however slow the machine is.
+const LONGEST_STEP: f32 = 0.05;
 /// Relaxation steps per slice.
 const STEPS: u32 = 5;
 
@@ -143,7 +145,7 @@ fn steer(mut scroll: ResMut<Scroll>, keys: Res<ButtonInput<KeyCode>>, time: Res<
     let by_hand = f32::from(keys.pressed(KeyCode::ArrowUp)) - f32::from(keys.pressed(KeyCode::ArrowDown));
     let speed = if scroll.running { SPEED } else { 0.0 } + 3.0 * SPEED * by_hand;
     if speed != 0.0 {
-        scroll.depth = (scroll.depth + speed * time.delta_secs()).rem_euclid(1.0);
+        scroll.depth = (scroll.depth + speed * time.delta_secs().min(LONGEST_STEP)).rem_euclid(1.0);
     }
 }
 
@@ -193,7 +195,7 @@ fn show(mut commands: Commands, mut materials: ResMut<Assets<CellMaterial2d>>, e
         cells,
         ..default()
     });
-    commands.spawn((Shown, SampleSet::default(), Mesh2d::default(), MeshMaterial2d(material)));
+    commands.spawn((Shown, SampleSet::default(), MeshMaterial2d(material)));
 }
 
 /// E: cells or ellipses.

@@ -21,7 +21,7 @@ use bevy_field_patterns::{
     prelude::*,
     wave::{
         Coupling,
-        solver::{ColdStart, LocalRule},
+        solver::{ColdStart, LocalRule, MergedRule},
     },
 };
 use clap::{Parser, ValueEnum};
@@ -47,10 +47,14 @@ struct Args {
     /// Stripes per unit length of the file.
     #[arg(long, default_value_t = 20.0)]
     frequency: f32,
-    /// The Galerkin hierarchy, or the local rule of Lichtenberg et al. 2018.
+    /// The Galerkin hierarchy, or the local rule of Lichtenberg et al. 2018, on the mesh only or on surfaces of merged
+    /// vertices before (with `--device cpu`).
     #[arg(long, default_value = "hierarchy")]
     method: MethodArg,
-    /// Soft sweeps after the hierarchy [default: 10], or the most sweeps of the local rule [default: 100].
+    /// The most surfaces of merged vertices.
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(0..=32))]
+    levels: u32,
+    /// Soft sweeps after the hierarchy [default: 10], or the most sweeps of the local rule on each surface [default: 100].
     #[arg(long, value_parser = clap::value_parser!(u32).range(0..=1000))]
     sweeps: Option<u32>,
     /// The local rule ends when the energy changes by less than this share in a sweep; 0: never.
@@ -72,6 +76,24 @@ struct Args {
     /// Degrees per frame about the z axis, with `--warm`.
     #[arg(long, default_value_t = 1.0, value_parser = parse_finite, allow_negative_numbers = true)]
     turn: f32,
+    /// Percent by which the frequency grows per frame, with `--warm`.
+    #[arg(long, default_value_t = 0.0, value_parser = parse_finite, allow_negative_numbers = true)]
+    zoom: f32,
+    /// Sweeps per coarse level of a V-cycle in every frame, with `--warm`; 0: no V-cycle.
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    warm_levels: u32,
+    /// Soft sweeps per frame, with `--warm`.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    warm_sweeps: u32,
+    /// Solve on the vertices as a point cloud, and judge the wave on the mesh (with `--device cpu`).
+    #[arg(long)]
+    points: bool,
+    /// Neighbours that each point asks for.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(3..=32))]
+    neighbors: u32,
+    /// Draw creases of more than 35 degrees to crests with this weight (with `--device cpu`).
+    #[arg(long, value_parser = parse_finite)]
+    crease: Option<f32>,
     /// Write re, im of every vertex of the file as little-endian f32.
     #[arg(long)]
     phasors: Option<PathBuf>,
@@ -101,6 +123,7 @@ enum WavesArg {
 enum MethodArg {
     Hierarchy,
     Local,
+    Merged,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -181,16 +204,27 @@ fn run(args: &Args) -> Result<Value, String> {
     if args.warm.is_some() && !matches!(args.field, Field::Axis(_)) {
         return Err("--warm turns an axis; use it with --field axis:X,Y,Z".into());
     }
-    let mut settings = SolverSettings::default();
+    let for_cpu = args.points || args.crease.is_some() || matches!(args.method, MethodArg::Merged);
+    if for_cpu && args.device != DeviceArg::Cpu {
+        return Err("--points, --crease and --method merged need --device cpu".into());
+    }
+    let mut settings = SolverSettings {
+        warm_sweeps: args.warm_sweeps,
+        warm_level_sweeps: args.warm_levels,
+        ..default()
+    };
+    let local = LocalRule {
+        max_sweeps: args.sweeps.unwrap_or(100),
+        epsilon: args.epsilon,
+        skip_last_third: args.skip_last_third,
+        ..default()
+    };
     match args.method {
         MethodArg::Hierarchy => settings.soft_sweeps = args.sweeps.unwrap_or(settings.soft_sweeps),
-        MethodArg::Local => {
-            settings.cold_start = ColdStart::Local(LocalRule {
-                max_sweeps: args.sweeps.unwrap_or(100),
-                epsilon: args.epsilon,
-                skip_last_third: args.skip_last_third,
-                ..LocalRule::default()
-            });
+        MethodArg::Local => settings.cold_start = ColdStart::Local(local),
+        MethodArg::Merged => {
+            let levels = args.levels;
+            settings.cold_start = ColdStart::Merged(MergedRule { levels, local });
         }
     }
     let symmetry = match args.symmetry {
@@ -258,4 +292,9 @@ fn turned(field: &DirectionField, degrees: f32) -> DirectionField {
         DirectionField::Axis(axis) => DirectionField::Axis(Quat::from_rotation_z(degrees.to_radians()) * *axis),
         other => other.clone(),
     }
+}
+
+/// The frequency of a frame of `--warm`.
+fn zoomed(frequency: f32, percent: f32, frame: u32) -> f32 {
+    frequency * (1.0 + percent / 100.0).powi(frame as i32)
 }

@@ -3,7 +3,7 @@
 use crate::{
     Args, Problem, median, mesh_file, milliseconds,
     report::{Motion, Wave, figures},
-    turned,
+    turned, zoomed,
 };
 use bevy::{
     prelude::*,
@@ -12,10 +12,10 @@ use bevy::{
 use bevy_field_patterns::{
     field::directions,
     prelude::*,
-    surface::{SurfaceGraph, WeldOptions},
+    surface::{CloudOptions, SurfaceGraph},
     wave::{
-        quality,
-        solver::{Relaxation, edges, follow_cpu, solve_cpu, sweep},
+        carry_wave, quality,
+        solver::{Pins, Relaxation, edges, follow_cpu, solve_pinned, sweep},
     },
 };
 use serde_json::{Value, json};
@@ -25,8 +25,15 @@ pub(crate) fn solve(args: &Args, problem: &Problem) -> Result<Value, String> {
     ComputeTaskPool::get_or_init(TaskPool::default);
     AsyncComputeTaskPool::get_or_init(TaskPool::default);
     let start = Instant::now();
-    let graph = SurfaceGraph::from_triangles(&problem.raw.positions, &problem.raw.triangles, &WeldOptions::default())
-        .map_err(|error| error.to_string())?;
+    let mesh_graph = || SurfaceGraph::from_triangles(&problem.raw.positions, &problem.raw.triangles, &default());
+    let graph = if args.points {
+        let neighbors = args.neighbors;
+        let options = CloudOptions { neighbors, ..default() };
+        SurfaceGraph::from_points(&problem.raw.positions, None, &default(), &options)
+    } else {
+        mesh_graph()
+    };
+    let graph = graph.map_err(|error| error.to_string())?;
     let graph_ms = milliseconds(start);
     let mesh = mesh_file::to_bevy_mesh(&problem.raw);
     let start = Instant::now();
@@ -37,11 +44,19 @@ pub(crate) fn solve(args: &Args, problem: &Problem) -> Result<Value, String> {
     let field_ms = milliseconds(start);
     let f = vec![problem.frequency; graph.len()];
 
+    let creases = match args.crease {
+        Some(_) => graph.creases(CreasePhase::default().angle, false),
+        None => Vec::new(),
+    };
+    let pins = Pins {
+        vertices: &creases,
+        pull: args.crease.unwrap_or(0.0),
+    };
     let (mut cold, mut edge_times, mut sweep_times, mut warm_times) = (vec![], vec![], vec![], vec![]);
     let mut solution = None;
     for _ in 0..=args.repeat {
         let start = Instant::now();
-        let solved = solve_cpu(&graph, &d, &f, problem.coupling, &problem.settings);
+        let solved = solve_pinned(&graph, &d, &f, problem.coupling, pins, &problem.settings);
         cold.push(milliseconds(start));
         let start = Instant::now();
         let (constants, sums) = edges(&graph, &d, &f, problem.coupling);
@@ -66,7 +81,15 @@ pub(crate) fn solve(args: &Args, problem: &Problem) -> Result<Value, String> {
         directions: d,
         phasors: solution.phasors,
     };
-    let mut figures = figures(args, problem, &graph, &wave, solution.sweeps)?;
+    let mut figures = if args.points {
+        let onto = mesh_graph().map_err(|error| error.to_string())?;
+        on_mesh(args, problem, (&graph, &wave), &onto, solution.sweeps)?
+    } else {
+        figures(args, problem, &graph, &wave, solution.sweeps)?
+    };
+    if !creases.is_empty() {
+        figures["on_crest"] = json!(on_crest(&wave.phasors, problem.coupling.waves.count(), &creases));
+    }
     figures["adapter"] = json!(format!("CPU, {} threads", ComputeTaskPool::get().thread_num()));
     figures["device"] = json!("cpu");
     figures["bytes_per_vertex"] = json!(0);
@@ -89,6 +112,7 @@ pub(crate) fn solve(args: &Args, problem: &Problem) -> Result<Value, String> {
             if problem.coupling.symmetry == Symmetry::Line {
                 bevy_field_patterns::field::align_to_previous(&mut d, &last);
             }
+            let f = vec![zoomed(problem.frequency, args.zoom, frame); graph.len()];
             follow_cpu(&graph, &d, &f, problem.coupling, &problem.settings, &mut z);
             motion
                 .energies
@@ -99,4 +123,45 @@ pub(crate) fn solve(args: &Args, problem: &Problem) -> Result<Value, String> {
         figures["warm"] = motion.figures(&graph.areas);
     }
     Ok(figures)
+}
+
+/// The figures of a wave on points, judged on the mesh between them: each vertex with its own point's phasor, and
+/// (`carried`) with what all points near it predict.
+fn on_mesh(
+    args: &Args,
+    problem: &Problem,
+    (cloud, wave): (&SurfaceGraph, &Wave),
+    onto: &SurfaceGraph,
+    sweeps: u32,
+) -> Result<Value, String> {
+    if problem.coupling.waves.count() > 1 {
+        return Err("--points is for one wave".into());
+    }
+    let point_of = |vertex: u32| cloud.vertex_of[vertex as usize] as usize;
+    let first: Vec<usize> = onto.first_vertices().into_iter().map(point_of).collect();
+    let own = Wave {
+        directions: first.iter().map(|&i| wave.directions[i]).collect(),
+        phasors: first.iter().map(|&i| wave.phasors[i]).collect(),
+    };
+    let mut figures = figures(args, problem, onto, &own, sweeps)?;
+    let f = vec![problem.frequency; cloud.len()];
+    let symmetry = problem.coupling.symmetry;
+    let carried = carry_wave(cloud, &wave.directions, &f, &wave.phasors, symmetry, onto);
+    let q = quality(
+        onto,
+        &carried.directions,
+        &carried.frequencies,
+        &carried.phasors,
+        symmetry,
+    );
+    figures["carried"] = json!({ "energy": q.energy, "branches": q.branches });
+    figures["colors"] = json!(cloud.mesh_level().colors());
+    Ok(figures)
+}
+
+/// Share of the vertices on creases at which the first wave is within 0.1 periods of a crest.
+fn on_crest(phasors: &[Vec2], waves: usize, creases: &[bool]) -> f64 {
+    let near = |v: usize| phasors[waves * v].angle_to(Vec2::Y).abs() < 0.1 * std::f32::consts::TAU;
+    let sharp: Vec<usize> = (0..creases.len()).filter(|&v| creases[v]).collect();
+    sharp.iter().filter(|&&v| near(v)).count() as f64 / sharp.len().max(1) as f64
 }

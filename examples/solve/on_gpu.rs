@@ -5,7 +5,7 @@ use crate::{
     common::{gpu, headless, mesh_file},
     median, milliseconds,
     report::{Motion, Wave, figures},
-    turned,
+    turned, zoomed,
 };
 use bevy::{
     prelude::*,
@@ -150,9 +150,10 @@ impl Gpu {
                 energies: vec![],
             };
             for frame in 1..=frames {
-                self.follow(turned(&problem.field, args.turn * frame as f32))?;
+                let frequency = zoomed(problem.frequency, args.zoom, frame);
+                self.follow(turned(&problem.field, args.turn * frame as f32), frequency)?;
                 let wave = self.wave()?;
-                let f = vec![problem.frequency; self.graph.len()];
+                let f = vec![frequency; self.graph.len()];
                 motion
                     .energies
                     .push(quality(&self.graph, &wave.directions, &f, &wave.phasors, problem.coupling).energy);
@@ -161,7 +162,8 @@ impl Gpu {
             figures["warm"] = motion.figures(&self.graph.areas);
         }
         // The field as it is, again and again: what a frame with a changed input costs.
-        let warm: Result<Vec<f64>, String> = (0..=args.repeat).map(|_| self.follow(problem.field.clone())).collect();
+        let mut follow = || self.follow(problem.field.clone(), problem.frequency);
+        let warm: Result<Vec<f64>, String> = (0..=args.repeat).map(|_| follow()).collect();
         let stage = |name: &str| gpu::stage_ms(&self.app, name);
         let per_sweep = stage("pattern_sweeps").map(|ms| ms / f64::from(problem.settings.warm_sweeps));
         figures["ms"] = json!({
@@ -172,8 +174,9 @@ impl Gpu {
         Ok(figures)
     }
 
-    fn follow(&mut self, field: DirectionField) -> Result<f64, String> {
-        self.app.world_mut().entity_mut(self.entity).insert(field);
+    fn follow(&mut self, field: DirectionField, frequency: f32) -> Result<f64, String> {
+        let inputs = (field, Frequency::Uniform(frequency));
+        self.app.world_mut().entity_mut(self.entity).insert(inputs);
         self.frame()
     }
 

@@ -32,7 +32,7 @@ pub(crate) fn figures(
     let frequencies = vec![problem.frequency; graph.len()];
     let q = quality(graph, &wave.directions, &frequencies, &wave.phasors, problem.coupling);
     Ok(json!({
-        "method": match args.method { MethodArg::Hierarchy => "hierarchy", MethodArg::Local => "local" },
+        "method": match args.method { MethodArg::Hierarchy => "hierarchy", MethodArg::Local => "local", MethodArg::Merged => "merged" },
         "vertices": problem.raw.positions.len(),
         "triangles": problem.raw.triangles.len(),
         "components": graph.components(),

@@ -26,12 +26,21 @@ pub struct CellMemory {
     sites: Range<u32>,
     lists: Range<u32>,
     values: Range<u32>,
+    /// What has changed since it was looked at last.
+    pub(super) unseen: Unseen,
     /// The set could not be written; what is here is an older one.
     pub(super) stale: bool,
     /// Whether the entity had values when they were written last.
     pub(super) had_values: bool,
     /// The mesh that the samples were written for, as the plugin has put it into `Mesh3d` or `Mesh2d`.
     pub(super) drawn: Handle<Mesh>,
+}
+
+/// Inputs that are not in the buffers yet.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Unseen {
+    pub(super) set: bool,
+    pub(super) values: bool,
 }
 
 impl CellMemory {
@@ -94,7 +103,6 @@ impl CellMemory {
         arena: &mut CellArena,
     ) -> Result<(), PatternError> {
         self.record.flags &= !FLAG_VALUES;
-        self.had_values = values.is_some();
         let Some(SampleValues(values)) = values else {
             arena.free(Pool::Sites, std::mem::take(&mut self.values));
             return Ok(());

@@ -26,7 +26,7 @@ pub use twin::{MAX_ROUNDS, border, label};
 
 use crate::{
     arena::{create_buffers, grow_buffers},
-    sampling::SampleSet,
+    sampling::{SampleSet, SamplingSystems},
     surface::{SurfacePlugin, SurfaceSystems},
 };
 use bevy::{prelude::*, render::storage::ShaderBuffer, shader::load_shader_library};
@@ -61,7 +61,8 @@ impl Plugin for CellPlugin {
                     (update::give_state, update::update_cells, grow_buffers::<Pool>)
                         .chain()
                         .in_set(SurfaceSystems::Use)
-                        .run_if(resource_exists::<Assets<ShaderBuffer>>),
+                        .after(SamplingSystems)
+                        .run_if(resource_exists::<upload::UploadStatus>),
                 ),
             );
     }

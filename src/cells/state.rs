@@ -4,11 +4,11 @@ use crate::{error::PatternError, sampling::SampleSet};
 use bevy::prelude::*;
 
 /// How far an entity's cells have come. Set by the plugin on every entity with a [`SampleSet`] and a material that draws
-/// cells.
+/// cells, in an app that renders.
 #[derive(Component, Reflect, Debug, Clone, PartialEq, Default)]
 #[reflect(Component, Default, Clone, PartialEq)]
 pub enum CellState {
-    /// The mesh is being loaded, or its surface is being built; the base material is drawn.
+    /// The mesh is being loaded, its surface is being built, or it is being sampled; the base material is drawn.
     #[default]
     Preparing,
     /// The cells are drawn.
@@ -19,6 +19,9 @@ pub enum CellState {
 
 /// One colour per sample of the entity's [`SampleSet`], for [`CellFill::Values`](crate::material::CellFill::Values) and
 /// [`TileChoice::Value`](crate::material::TileChoice::Value): a mosaic's stones, or any quantity that was given a colour.
+///
+/// Values belong to their set: give a new set new values before it is drawn, as an observer of
+/// [`SamplesReady`](crate::sampling::SamplesReady) does. Another number of them is an error.
 #[derive(Component, Reflect, Debug, Clone, PartialEq, Default, Deref, DerefMut)]
 #[reflect(Component, Default, Clone, PartialEq)]
 pub struct SampleValues(pub Vec<LinearRgba>);

@@ -6,14 +6,14 @@
 use super::{
     CellState, DrawCells, SampleValues, check_samples,
     layout::CellArena,
-    memory::CellMemory,
+    memory::{CellMemory, Unseen},
     planar_mesh,
     upload::{Outbox, UploadStatus},
 };
 use crate::{
     error::PatternError,
     field::DirectionField,
-    sampling::SampleSet,
+    sampling::{SampleSet, SamplingState},
     surface::{PatternMesh, SurfaceCache, SurfaceGraph, SurfaceState},
 };
 use bevy::{
@@ -29,6 +29,7 @@ pub(super) struct Celled {
     entity: Entity,
     set: Ref<'static, SampleSet>,
     values: Option<Ref<'static, SampleValues>>,
+    sampling: Option<&'static SamplingState>,
     mesh: Option<&'static Mesh3d>,
     mesh_2d: Option<&'static Mesh2d>,
     tag: Option<&'static MeshTag>,
@@ -101,51 +102,55 @@ pub(super) fn update_cells(
 
 /// Whether the cells are drawn.
 fn update(item: &mut CelledItem, tools: &mut Tools, lost: bool) -> Result<bool, PatternError> {
+    note_changes(item);
     if item.has_field {
         return Err(PatternError::TwoPatterns);
     }
     if tag_is_taken(item) {
         return Err(PatternError::MeshTagTaken);
     }
-    let Some(ground) = ground(item, tools)? else {
+    let ground = ground(item, tools)?.filter(|ground| !belongs_elsewhere(item, ground));
+    let Some(ground) = ground else {
         if let Some(memory) = &item.memory {
             memory.hide(&mut tools.arena);
         }
         return Ok(false);
     };
-    let (fresh, installed, had_values) = match &item.memory {
-        Some(memory) => (
-            lost || memory.drawn != ground.drawn,
-            shown_mesh(item) == Some(&ground.drawn) && item.tag.is_some_and(|tag| tag.0 == memory.tag()),
-            memory.had_values,
+    let (unseen, installed) = match &item.memory {
+        Some(memory) => {
+            let set = memory.unseen.set || memory.drawn != ground.drawn || lost;
+            // Values belong to their set.
+            let values = memory.unseen.values || set;
+            let tagged = item.tag.is_some_and(|tag| tag.0 == memory.tag());
+            (
+                Unseen { set, values },
+                tagged && shown_mesh(item) == Some(&ground.drawn),
+            )
+        }
+        None => (
+            Unseen {
+                set: true,
+                values: true,
+            },
+            false,
         ),
-        None => (true, false, false),
     };
-    let set_changed = fresh || item.set.is_changed();
-    // Values belong to their set.
-    let values_changed = set_changed
-        || item.values.is_some() != had_values
-        || item.values.as_ref().is_some_and(|values| values.is_changed());
-    if !values_changed && installed {
+    if !unseen.values && installed {
         return match &*item.state {
             CellState::Failed(error) => Err(error.clone()),
             _ => Ok(true),
         };
     }
-    let changed = Stale {
-        set: set_changed,
-        values: values_changed,
-    };
     let (written, new, tag) = match item.memory.take() {
         Some(mut memory) => {
-            let written = write(&mut memory, item, changed, &ground, tools);
+            let written = write(&mut memory, item, unseen, &ground, tools);
             let tag = memory.tag();
             item.memory = Some(memory);
             (written, None, tag)
         }
         None => {
             let mut memory = CellMemory::new(&mut tools.arena)?;
-            let written = write(&mut memory, item, changed, &ground, tools);
+            let written = write(&mut memory, item, unseen, &ground, tools);
             let tag = memory.tag();
             (written, Some(memory), tag)
         }
@@ -156,23 +161,35 @@ fn update(item: &mut CelledItem, tools: &mut Tools, lost: bool) -> Result<bool, 
     written.map(|()| true)
 }
 
-/// What must be written anew.
-#[derive(Debug, Clone, Copy)]
-struct Stale {
-    set: bool,
-    values: bool,
+/// Remembers changes that come while there is nothing to draw them on.
+fn note_changes(item: &mut CelledItem) {
+    if let Some(memory) = &mut item.memory {
+        memory.unseen.set |= item.set.is_changed();
+        memory.unseen.values |= item.values.is_some() != memory.had_values
+            || item.values.as_ref().is_some_and(|values| values.is_changed());
+    }
+}
+
+/// The samples are those of another mesh, and those of this one are being made.
+fn belongs_elsewhere(item: &CelledItem, ground: &PatternMesh) -> bool {
+    let sampling = item
+        .sampling
+        .is_some_and(|state| matches!(state, SamplingState::Preparing | SamplingState::Sampling(_)));
+    sampling && item.memory.as_ref().is_some_and(|memory| memory.drawn != ground.drawn)
 }
 
 /// Checks and uploads what has changed; what cannot be drawn is hidden.
 fn write(
     memory: &mut CellMemory,
     item: &CelledItem,
-    changed: Stale,
+    unseen: Unseen,
     ground: &PatternMesh,
     tools: &mut Tools,
 ) -> Result<(), PatternError> {
     memory.drawn = ground.drawn.clone();
-    memory.stale |= changed.set;
+    memory.unseen = Unseen::default();
+    memory.had_values = item.values.is_some();
+    memory.stale |= unseen.set;
     if item.set.is_empty() {
         memory.hide(&mut tools.arena);
         return Ok(());
@@ -185,7 +202,7 @@ fn write(
             memory.write_set(&item.set, &mut tools.arena)?;
             memory.stale = false;
         }
-        if set_too || changed.values {
+        if set_too || unseen.values {
             memory.write_values(item.values.as_deref(), &mut tools.arena)?;
         }
         memory.write_record(&mut tools.arena);
@@ -228,9 +245,7 @@ fn shown_mesh<'a>(item: &'a CelledItem) -> Option<&'a Handle<Mesh>> {
 
 /// The user's mesh, what is drawn of it and its graph; `None` while there is none. A planar set is its own mesh.
 fn ground(item: &CelledItem, tools: &mut Tools) -> Result<Option<PatternMesh>, PatternError> {
-    let Some(shown) = shown_mesh(item) else {
-        return Ok(None);
-    };
+    let shown = shown_mesh(item).ok_or(PatternError::NoMesh)?;
     let own = item.meshes.filter(|meshes| meshes.drawn == *shown);
     let source = own.map_or(shown, |meshes| &meshes.source).clone();
     if item.mesh.is_none() {
@@ -256,7 +271,7 @@ fn ground(item: &CelledItem, tools: &mut Tools) -> Result<Option<PatternMesh>, P
 fn planar_ground(item: &CelledItem, source: Handle<Mesh>, tools: &mut Tools) -> PatternMesh {
     let drawn = match &item.memory {
         Some(memory) => {
-            if item.set.is_changed() && tools.meshes.insert(&memory.drawn, planar_mesh(&item.set)).is_err() {
+            if memory.unseen.set && tools.meshes.insert(&memory.drawn, planar_mesh(&item.set)).is_err() {
                 error!("the mesh of {}'s samples is gone", item.entity);
             }
             memory.drawn.clone()

@@ -36,7 +36,7 @@ impl Outbox {
 #[derive(Resource, Default)]
 struct Pending(Outbox);
 
-/// What the main world knows of the device.
+/// What the main world knows of the device; only there in an app that renders.
 #[derive(Resource, Clone, Default)]
 pub(super) struct UploadStatus(Arc<AtomicU32>);
 
@@ -49,16 +49,16 @@ impl UploadStatus {
 
 pub(super) fn build(app: &mut App) {
     let status = UploadStatus::default();
-    app.insert_resource(status.clone()).init_resource::<Outbox>();
     let Some(render_app) = app.get_sub_app_mut(RenderApp) else {
         return;
     };
     render_app
-        .insert_resource(status)
+        .insert_resource(status.clone())
         .init_resource::<Pending>()
         .add_systems(RenderStartup, count_device)
         .add_systems(ExtractSchedule, extract)
         .add_systems(Render, upload.in_set(RenderSystems::PrepareBindGroups));
+    app.insert_resource(status).init_resource::<Outbox>();
 }
 
 fn count_device(status: Res<UploadStatus>, mut pending: ResMut<Pending>) {

@@ -29,6 +29,10 @@ const KEEP: f32 = 0.3;
 /// A vertex whose normal differs by less than this (in radians) between the two directions is flat or spherical: what is
 /// left is rounding noise, and must not be smoothed into a field.
 const NOISE: f64 = 1e-5;
+/// Added to the matrix of a vertex's edges, which is divided by its trace; decides where they lie on one line.
+const RIDGE: f64 = 1e-6;
+/// The median is that of at most so many vertices, at equal steps.
+const SAMPLES: usize = 16384;
 
 /// A unit tangent per vertex along the principal direction, after `smoothing` steps.
 pub(super) fn principal_directions(graph: &SurfaceGraph, principal: Principal, smoothing: u32) -> Vec<Vec3> {
@@ -70,10 +74,10 @@ fn deviator(graph: &SurfaceGraph, x: Vec3, i: usize) -> Vec2 {
     if trace <= 0.0 {
         return Vec2::ZERO;
     }
-    // Divided by the trace to be free of units; the small diagonal decides where the neighbours lie on one line.
+    // Divided by the trace to be free of units.
     let [aa, ab, bb] = [aa, ab, bb].map(|m| m / trace);
     let matrix =
-        DMat3::from_cols_array(&[aa, ab, 0.0, ab, 1.0, ab, 0.0, ab, bb]) + DMat3::from_diagonal(DVec3::splat(1e-9));
+        DMat3::from_cols_array(&[aa, ab, 0.0, ab, 1.0, ab, 0.0, ab, bb]) + DMat3::from_diagonal(DVec3::splat(RIDGE));
     let shape = matrix.inverse() * (right / trace);
     let deviator = DVec2::new(0.5 * (shape.x - shape.z), shape.y);
     let edge = (trace / level.edges(i).len() as f64).sqrt();
@@ -87,7 +91,8 @@ fn deviator(graph: &SurfaceGraph, x: Vec3, i: usize) -> Vec2 {
 /// Measures u by its median over the vertices (the curved ones, where most are flat), and cuts it off there: what is
 /// more curved than usual must not outvote all others.
 fn limit(lines: &mut [Vec2]) {
-    let mut moduli: Vec<f32> = lines.iter().map(|u| u.length()).collect();
+    let step = lines.len().div_ceil(SAMPLES).max(1);
+    let mut moduli: Vec<f32> = lines.iter().step_by(step).map(|u| u.length()).collect();
     let mut median = median(&mut moduli);
     if median == 0.0 {
         moduli.retain(|&modulus| modulus > 0.0);

@@ -62,7 +62,7 @@ pub enum DirectionField {
     /// copies of a vertex at a seam the first counts. For tangents that were computed elsewhere.
     Tangents(Arc<[Vec3]>),
     /// Flow around [`Vortex`](super::Vortex) cores, which are entities and may move: evaluated on the device when one does.
-    Vortices(VortexField),
+    Vortices(#[entities] VortexField),
     /// An eigenvector of a symmetric tensor per vertex, projected. The first two eigenvalues become the pattern's scalars,
     /// unless the entity has [`PatternScalars`](super::PatternScalars).
     Tensor(TensorField),

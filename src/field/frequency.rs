@@ -26,6 +26,7 @@ pub enum Frequency {
     /// `near_frequency` for r ≤ `near` to `far_frequency` for r ≥ `far`.
     DistanceTo {
         /// The entity; it must have a `GlobalTransform`.
+        #[entities]
         entity: Entity,
         /// The distance is that to the segment from the entity's origin to this point, in the entity's space: an
         /// instrument's shaft. Zero: to the origin.
@@ -43,6 +44,7 @@ pub enum Frequency {
     /// camera. Evaluated on the device while the pattern follows the camera.
     Screen {
         /// The camera; one that has drawn nothing yet is waited for.
+        #[entities]
         camera: Entity,
         /// Logical pixels of one period; finite, above 0.
         pixels: f32,

@@ -7,7 +7,7 @@
 
 use super::{project_tangent, turn_tangent};
 use crate::{error::PatternError, parallel, surface::SurfaceGraph};
-use bevy::prelude::*;
+use bevy::{ecs::entity::MapEntities, prelude::*};
 
 /// A vortex core: an entity with a `Transform`, on or near the surfaces whose [`DirectionField::Vortices`](super::DirectionField)
 /// follow it. Only its position counts.
@@ -60,24 +60,25 @@ pub enum Falloff {
 }
 
 /// Which cores a field follows.
-#[derive(Reflect, Debug, Clone, PartialEq, Default)]
+#[derive(Reflect, MapEntities, Debug, Clone, PartialEq, Default)]
 #[reflect(Default)]
 pub enum VortexCores {
     /// Every entity with a [`Vortex`].
     #[default]
     All,
     /// These entities; each must have a [`Vortex`] and a `GlobalTransform`.
-    These(Vec<Entity>),
+    These(#[entities] Vec<Entity>),
 }
 
 /// Flow around cores that move; see [`DirectionField::Vortices`](super::DirectionField).
-#[derive(Reflect, Debug, Clone, PartialEq, Default)]
+#[derive(Reflect, MapEntities, Debug, Clone, PartialEq, Default)]
 #[reflect(Default)]
 pub struct VortexField {
     /// Flow without any core, in the space of the pattern; its length is a speed, as [`Vortex::strength`]. Finite; none by
     /// default.
     pub base: Vec3,
     /// Whose swirl is added. Default: every core's.
+    #[entities]
     pub cores: VortexCores,
 }
 

@@ -131,4 +131,7 @@ pub enum CellDebug {
     Seed,
     /// Grey: how many distances were evaluated, 32 being white.
     Evaluations,
+    /// Whether the search is right: green where it found the nearest of all samples, red where another one is nearer (by more
+    /// than rounding). Looks at every sample in every pixel, which takes long.
+    Check,
 }

@@ -4,13 +4,15 @@
 // in `cell_style.wgsl`.
 
 #import bevy_field_patterns::cells::{CellPoint, Cell, find_cell, seen_from, TINY}
-#import bevy_field_patterns::cell_noise::unit_random
 #import bevy_field_patterns::cell_style::{
     CellPaint, ScreenFrame, style, fill_of, mean_fill, over, premultiplied, line_coverage, to_ellipse, world_scale,
-    FLAG_ELLIPSES, UNIT_PIXELS, UNIT_WORLD, UNIT_RELATIVE, DEBUG_LABEL, DEBUG_SEED, PACKED, MAX_PIXEL_LINE,
+    FLAG_ELLIPSES, UNIT_PIXELS, UNIT_WORLD, UNIT_RELATIVE, PACKED, MAX_PIXEL_LINE,
 }
 #ifdef CELLS_TEXTURE
 #import bevy_field_patterns::cell_style::tile_of
+#endif
+#ifdef CELLS_DEBUG
+#import bevy_field_patterns::cell_debug::debug_color
 #endif
 
 // How many ellipse radii a pixel covers, along the screen's axis that covers more.
@@ -27,6 +29,12 @@ fn border_scale(per_pixel: vec2<f32>, world: f32, cell: Cell) -> f32 {
         case UNIT_RELATIVE: { return 1.0 / max(cell.site.radius, TINY); }
         default: { return 1.0 / max(length(per_pixel), TINY); }
     }
+}
+
+// The height of a cell over its border, from 0 there to 1 at `bump_width` from it, on either side of the border.
+fn pillow(border: f32, radius: f32) -> f32 {
+    let t = min(abs(border) / max(style.bump_width * radius, TINY), 1.0);
+    return t * (2.0 - t);
 }
 
 fn paint_cell(point: CellPoint, frame: ScreenFrame) -> CellPaint {
@@ -72,13 +80,14 @@ fn paint_cell(point: CellPoint, frame: ScreenFrame) -> CellPaint {
     paint.layer = mix(near, far_layer(point.tag, half_width / max(pixel, TINY) * extent, ellipses), paint.fade);
     paint.solid = select(1.0 - line, clamp(0.5 + (b + half_width) / max(pixel, TINY), 0.0, 1.0), ellipses);
 
-    // A pillow: steepest at the border, level at `bump_width` from it.
-    let radius = max(cell.site.radius, TINY);
-    let t = cell.border / (style.bump_width * radius);
-    let rise = select(0.0, 2.0 * (1.0 - t), t > 0.0 && t < 1.0);
-    paint.slope = style.bump / style.bump_width * rise * (1.0 - paint.fade) * per_pixel * world;
+    // The mean slope over the pixel, so that grooves narrower than a pixel do not glitter.
+    let across = length(per_pixel);
+    let low = pillow(cell.border - 0.5 * across, cell.site.radius);
+    let high = pillow(cell.border + 0.5 * across, cell.site.radius);
+    let slope = style.bump * cell.site.radius * (high - low) / max(across, TINY);
+    paint.slope = slope * (1.0 - paint.fade) * per_pixel * world;
 #ifdef CELLS_DEBUG
-    paint.layer = vec4(debug_color(cell), 0.0);
+    paint.layer = vec4(debug_color(style.debug, cell, point), 0.0);
     paint.solid = 1.0;
 #endif
     return paint;
@@ -97,20 +106,3 @@ fn far_layer(tag: u32, line: f32, ellipses: bool) -> vec4<f32> {
 fn is_hole(paint: CellPaint) -> bool {
     return paint.defined && paint.solid < 0.5;
 }
-
-#ifdef CELLS_DEBUG
-// Linear colours. The label's three bytes are red, green and blue, 255 being 1.
-fn debug_color(cell: Cell) -> vec3<f32> {
-    switch style.debug {
-        case DEBUG_LABEL: {
-            let bytes = vec3(cell.sample & 255u, (cell.sample >> 8u) & 255u, (cell.sample >> 16u) & 255u);
-            return vec3<f32>(bytes) / 255.0;
-        }
-        case DEBUG_SEED: {
-            let hue = 0.2 + 0.6 * unit_random(cell.seed);
-            return select(vec3(0.8, 0.02, 0.02), vec3(0.05, hue, 0.2), cell.seed == cell.sample);
-        }
-        default: { return vec3(f32(cell.evaluations) / 32.0); }
-    }
-}
-#endif

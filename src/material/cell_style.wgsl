@@ -8,7 +8,7 @@
 // fade     0 near, 1 where cells are smaller than pixels and their mean is drawn
 
 #import bevy_field_patterns::cell_layout
-#import bevy_field_patterns::cell_noise::{unit_random, vector_noise}
+#import bevy_field_patterns::noise::{unit_random, vector_noise}
 #import bevy_field_patterns::cells::{
     CellPoint, Cell, cell_point, find_cell, has_cells, cell_uv, cell_uv_step, mean_radius, half_gradient, cell_words,
     cell_sites, TINY,
@@ -21,8 +21,6 @@ const UNIT_WORLD: u32 = 1u;
 const UNIT_RELATIVE: u32 = 2u;
 const FLAG_ELLIPSES: u32 = 1u;
 const FLAG_TILE_BY_VALUE: u32 = 2u;
-const DEBUG_LABEL: u32 = 1u;
-const DEBUG_SEED: u32 = 2u;
 // Of the area, as of the closest packing of ellipses.
 const PACKED: f32 = 0.9069;
 // A line in pixels takes no more of a cell's radius.

@@ -11,24 +11,16 @@
 #import bevy_field_patterns::bump::bumped_normal
 #import bevy_field_patterns::cell_style::{CellPaint, ScreenFrame, styled_point}
 #import bevy_field_patterns::cell_paint::{paint_cell, is_hole}
+#import bevy_field_patterns::pattern_output::pattern_output
 
 #ifdef PREPASS_PIPELINE
-#import bevy_pbr::{
-    prepass_io::{VertexOutput, FragmentOutput},
-    pbr_deferred_functions::deferred_output,
-}
+#import bevy_pbr::prepass_io::{VertexOutput, FragmentOutput}
 #else
-#import bevy_pbr::{
-    forward_io::{VertexOutput, FragmentOutput},
-    pbr_functions::{apply_pbr_lighting, main_pass_post_lighting_processing},
-}
+#import bevy_pbr::forward_io::{VertexOutput, FragmentOutput}
 #endif
 
 #ifdef VISIBILITY_RANGE_DITHER
 #import bevy_pbr::pbr_functions::visibility_range_dither;
-#endif
-#ifdef OIT_ENABLED
-#import bevy_core_pipeline::oit::oit_draw
 #endif
 
 fn apply_cells(pbr: ptr<function, PbrInput>, paint: CellPaint, frame: ScreenFrame) {
@@ -83,25 +75,5 @@ fn fragment(
         apply_cells(&pbr, paint, frame);
     }
     apply_decals(&pbr);
-
-#ifdef PREPASS_PIPELINE
-    let out = deferred_output(in, pbr);
-#else
-    var out: FragmentOutput;
-    if (pbr.material.flags & STANDARD_MATERIAL_FLAGS_UNLIT_BIT) == 0u {
-        out.color = apply_pbr_lighting(pbr);
-    } else {
-        out.color = pbr.material.base_color;
-    }
-    out.color = main_pass_post_lighting_processing(pbr, out.color);
-#endif
-
-#ifdef OIT_ENABLED
-    let alpha_mode = pbr.material.flags & pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_RESERVED_BITS;
-    if alpha_mode != pbr_types::STANDARD_MATERIAL_FLAGS_ALPHA_MODE_OPAQUE {
-        oit_draw(in.position, out.color);
-        discard;
-    }
-#endif
-    return out;
+    return pattern_output(in, pbr);
 }

@@ -24,7 +24,7 @@ impl Plugin for CellMaterialPlugin {
         }
         load_layout(app);
         load_shader_library!(app, "cells.wgsl");
-        load_shader_library!(app, "cell_noise.wgsl");
+        load_shader_library!(app, "cell_debug.wgsl");
         load_shader_library!(app, "cell_style.wgsl");
         load_shader_library!(app, "cell_paint.wgsl");
         embedded_asset!(app, "cells_material.wgsl");
@@ -41,6 +41,8 @@ impl Plugin for CellMaterialPlugin {
         .register_asset_reflect::<CellMaterial2d>()
         .register_required_components::<MeshMaterial3d<CellMaterial>, DrawCells>()
         .register_required_components::<MeshMaterial2d<CellMaterial2d>, DrawCells>()
+        // The plugin's own, of the set's triangles.
+        .register_required_components::<MeshMaterial2d<CellMaterial2d>, Mesh2d>()
         .add_observer(stop_drawing::<MeshMaterial3d<CellMaterial>>)
         .add_observer(stop_drawing::<MeshMaterial2d<CellMaterial2d>>)
         .add_systems(

@@ -2,17 +2,22 @@
 // the holes of a cut-out and the normals of a bump.
 
 #import bevy_pbr::{
-    pbr_bindings,
     pbr_functions,
-    pbr_fragment::pbr_input_from_standard_material,
     pbr_prepass_functions,
-    pbr_types,
-    prepass_io::{VertexOutput, FragmentOutput},
+    prepass_io::VertexOutput,
 }
 #import bevy_field_patterns::bump::bumped_normal
 #import bevy_field_patterns::cells::CellPoint
 #import bevy_field_patterns::cell_style::{CellPaint, ScreenFrame, styled_point}
 #import bevy_field_patterns::cell_paint::{paint_cell, is_hole}
+
+#ifdef PREPASS_FRAGMENT
+#import bevy_pbr::prepass_io::FragmentOutput
+#import bevy_field_patterns::pattern_output::prepass_output
+#ifdef NORMAL_PREPASS
+#import bevy_field_patterns::pattern_output::prepass_normal
+#endif
+#endif
 
 // As in the main pass, so that both draw the same pixels.
 fn cut_out(paint: CellPaint) {
@@ -39,37 +44,22 @@ fn fragment(
 #endif
     pbr_prepass_functions::prepass_alpha_discard(in);
 
-    var out: FragmentOutput;
-#ifdef UNCLIPPED_DEPTH_ORTHO_EMULATION
-    out.frag_depth = in.unclipped_depth;
-#endif
-#ifdef MOTION_VECTOR_PREPASS
-    out.motion_vector = pbr_prepass_functions::calculate_motion_vector(in.world_position, in.previous_world_position);
-#endif
+    var normal = vec3(0.0);
 #ifdef NORMAL_PREPASS
-    var normal = in.world_normal;
-    if (pbr_bindings::material.flags & pbr_types::STANDARD_MATERIAL_FLAGS_UNLIT_BIT) == 0u {
-        // The base's normal map included.
-        normal = pbr_input_from_standard_material(in, is_front).N;
-    }
+    normal = prepass_normal(in, is_front);
 #endif
 
 #ifdef CELLS_SHAPE
     let paint = paint_cell(point, frame);
     if paint.defined {
         cut_out(paint);
-#ifdef NORMAL_PREPASS
 #ifdef CELLS_BUMP
         normal = bumped_normal(normal, frame.dx, frame.dy, paint.slope);
-#endif
 #endif
     }
 #endif
 
-#ifdef NORMAL_PREPASS
-    out.normal = vec4(normal * 0.5 + vec3(0.5), 1.0);
-#endif
-    return out;
+    return prepass_output(in, normal);
 }
 #else
 @fragment

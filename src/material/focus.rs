@@ -1,9 +1,9 @@
 //! Focus: a region of the world that limits a style.
 //!
-//! In: a shape in world space. Out: two uniforms and a word of flags; `stripe_style.wgsl` makes a weight of them, 1 in
+//! In: a shape in world space. Out: a uniform; `focus.wgsl` makes a weight of it, 1 in
 //! focus and 0 out of it. Moving a focus changes uniforms only: nothing is solved again.
 
-use bevy::prelude::*;
+use bevy::{prelude::*, render::render_resource::ShaderType};
 
 /// The region of a [`Focus`].
 #[derive(Reflect, Debug, Clone, Copy, PartialEq, Default)]
@@ -87,7 +87,7 @@ impl Focus {
         }
     }
 
-    /// How much a point of the world is in focus, 0 to 1: the twin of `focus_weight` in `stripe_style.wgsl`.
+    /// How much a point of the world is in focus, 0 to 1: the twin of `focus_weight` in `focus.wgsl`.
     pub fn weight(&self, point: Vec3) -> f32 {
         let depth = match self.shape {
             FocusShape::Everywhere => return 1.0,
@@ -99,16 +99,19 @@ impl Focus {
         if self.invert { 1.0 - inside } else { inside }
     }
 
-    /// Centre and radius, or normal and distance.
-    pub(super) fn region(&self) -> Vec4 {
-        match self.shape {
-            FocusShape::Everywhere => Vec4::ZERO,
-            FocusShape::Sphere { center, radius } => center.extend(radius),
-            FocusShape::HalfSpace { normal, distance } => normal.extend(distance),
+    pub(super) fn uniform(&self) -> FocusUniform {
+        FocusUniform {
+            region: match self.shape {
+                FocusShape::Everywhere => Vec4::ZERO,
+                FocusShape::Sphere { center, radius } => center.extend(radius),
+                FocusShape::HalfSpace { normal, distance } => normal.extend(distance),
+            },
+            border: self.border.max(1e-6),
+            flags: self.flags(),
         }
     }
 
-    pub(super) fn flags(&self) -> u32 {
+    fn flags(&self) -> u32 {
         let shape = match self.shape {
             FocusShape::Everywhere => 0,
             FocusShape::Sphere { .. } => Self::SPHERE,
@@ -125,4 +128,12 @@ impl Focus {
             .filter(|limit| limit.0)
             .fold(shape, |flags, limit| flags | limit.1)
     }
+}
+
+/// `struct Focus` of `focus.wgsl`.
+#[derive(ShaderType, Debug, Clone, Default)]
+pub(super) struct FocusUniform {
+    region: Vec4,
+    border: f32,
+    flags: u32,
 }

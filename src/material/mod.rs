@@ -3,26 +3,44 @@
 //! In: the shared buffers of waves ([`layout`](crate::wave::layout)) or cells ([`layout`](crate::cells::layout)), found
 //! through an entity's `MeshTag`, and a style. Out: pixels.
 //! `cells.wgsl` finds the cell under a fragment, `cell_style.wgsl` and `cell_paint.wgsl` make a colour of it.
-//! `wave.wgsl` evaluates the wave under a fragment (Eq. 13 and 14 of Lichtenberg et al. 2018), `coverage.wgsl` filters a
-//! periodic profile over the pixel, and a material's own shader makes colours of it. The vertex shaders derive the triangle
-//! and the corner from the vertex index, so the mesh drawn must have no indices.
+//! `wave.wgsl` evaluates the waves under a fragment (Eq. 13 and 14 of Lichtenberg et al. 2018). A style makes a `Paint` of
+//! them (`paint.wgsl`): `stripe_style.wgsl` by a periodic profile filtered over the pixel (`coverage.wgsl`),
+//! `texture_style.wgsl` by an image on two waves, `tensor_style.wgsl` by two eigenvalues. `pattern_material.wgsl` and `pattern_prepass.wgsl` put the paint of any
+//! style on a [`StandardMaterial`](bevy::pbr::StandardMaterial). The vertex shaders derive the triangle and the corner from
+//! the vertex index, so the mesh drawn must have no indices.
 
 mod cell_options;
 mod cells;
 mod cells_2d;
 mod cells_plugin;
+mod color_map;
 pub mod coverage;
 mod focus;
 mod focus_source;
+mod hatch;
+mod hatch_options;
+pub mod hatch_strokes;
+mod mipmaps;
 mod stripes;
+mod style;
+mod tensor;
+mod texture;
+mod texture_options;
 
 pub use cell_options::*;
 pub use cells::{CellMaterial, Cells, CellsKey};
 pub use cells_2d::CellMaterial2d;
 pub use cells_plugin::CellMaterialPlugin;
+pub use color_map::*;
 pub use focus::*;
 pub use focus_source::FocusSource;
+pub use hatch::{HatchKey, HatchMaterial, HatchMaterialPlugin};
+pub use hatch_options::*;
+pub use mipmaps::with_mipmaps;
 pub use stripes::*;
+pub use tensor::{Eigenvalue, Tensor, TensorKey, TensorMaterial, TensorMaterialPlugin};
+pub use texture::{PatternTexture, PatternTextureKey, PatternTextureMaterial};
+pub use texture_options::*;
 
 use crate::wave::WaveShaderPlugin;
 use bevy::{
@@ -32,6 +50,7 @@ use bevy::{
     shader::{ShaderRef, load_shader_library},
 };
 use std::marker::PhantomData;
+use style::WaveStylePlugin;
 
 /// How often the shared buffers have been made anew, which they are when they grow.
 #[derive(Resource, Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -45,24 +64,33 @@ impl Plugin for StripeMaterialPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins((
             MaterialPlugin::<StripeMaterial>::default(),
-            PatternMaterialPlugin::<StripeMaterial>::default(),
+            WaveStylePlugin::<Stripes>::default(),
         ))
         .register_type::<Stripes>()
         .register_type::<FocusSource>()
         .register_asset_reflect::<StripeMaterial>()
-        .add_systems(PostUpdate, mask_cutouts.after(AssetEventSystems))
         .add_systems(
             PostUpdate,
             focus_source::carry_focus
                 .after(TransformSystems::Propagate)
                 .before(AssetEventSystems),
-        )
-        .add_systems(Last, declare_needs)
-        .add_observer(withdraw_needs);
-        load_shader_library!(app, "stripe_style.wgsl");
-        load_shader_library!(app, "stripe_debug.wgsl");
-        embedded_asset!(app, "stripes.wgsl");
-        embedded_asset!(app, "stripes_prepass.wgsl");
+        );
+    }
+}
+
+/// Draws [`PatternTextureMaterial`] and gives mip levels to its images.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PatternTexturePlugin;
+
+impl Plugin for PatternTexturePlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins((
+            MaterialPlugin::<PatternTextureMaterial>::default(),
+            WaveStylePlugin::<PatternTexture>::default(),
+        ))
+        .register_type::<PatternTexture>()
+        .register_asset_reflect::<PatternTextureMaterial>()
+        .add_systems(PostUpdate, mipmaps::add_mipmaps.before(AssetEventSystems));
     }
 }
 
@@ -107,8 +135,24 @@ impl Plugin for PatternShaderPlugin {
         load_shader_library!(app, "coverage.wgsl");
         load_shader_library!(app, "pattern_corner.wgsl");
         load_shader_library!(app, "bump.wgsl");
+        load_shader_library!(app, "families.wgsl");
+        load_shader_library!(app, "focus.wgsl");
+        load_shader_library!(app, "noise.wgsl");
+        load_shader_library!(app, "paint.wgsl");
+        load_shader_library!(app, "pattern_output.wgsl");
+        // All styles: the material's shader names each of them, and waits for all that it names.
+        load_shader_library!(app, "stripe_style.wgsl");
+        load_shader_library!(app, "stripe_debug.wgsl");
+        load_shader_library!(app, "texture_style.wgsl");
+        load_shader_library!(app, "texture_patch.wgsl");
+        load_shader_library!(app, "tensor_style.wgsl");
+        load_shader_library!(app, "hatch_strokes.wgsl");
+        load_shader_library!(app, "hatch_style.wgsl");
+        load_shader_library!(app, "hatch_outline.wgsl");
         embedded_asset!(app, "pattern_vertex.wgsl");
         embedded_asset!(app, "pattern_prepass_vertex.wgsl");
+        embedded_asset!(app, "pattern_material.wgsl");
+        embedded_asset!(app, "pattern_prepass.wgsl");
     }
 }
 
@@ -121,6 +165,16 @@ pub fn pattern_vertex_shader() -> ShaderRef {
 /// The same for `prepass_vertex_shader()` and `deferred_vertex_shader()`.
 pub fn pattern_prepass_vertex_shader() -> ShaderRef {
     embedded("pattern_prepass_vertex.wgsl")
+}
+
+/// Puts the paint of a style on a base, forward or deferred.
+fn pattern_fragment_shader() -> ShaderRef {
+    embedded("pattern_material.wgsl")
+}
+
+/// The same for prepasses and shadows.
+fn pattern_prepass_fragment_shader() -> ShaderRef {
+    embedded("pattern_prepass.wgsl")
 }
 
 fn embedded(file: &str) -> ShaderRef {

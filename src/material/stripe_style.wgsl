@@ -7,8 +7,17 @@
 // layer      colour over the base, premultiplied with its alpha
 // focus      1 where the style applies, 0 where not
 
+#import bevy_field_patterns::families::{
+    FAMILIES_BOTH, FAMILIES_SECOND, crossed_layers, crossed_share, families_of,
+}
+#import bevy_field_patterns::focus::{Focus, focus_weight, limited, FOCUS_COLOR, FOCUS_CUTOUT, FOCUS_WIDTH}
+#import bevy_field_patterns::paint::{Paint, premultiplied}
 #import bevy_field_patterns::triangle_wave::Wave
+#import bevy_field_patterns::wave::{PatternPoint, pattern_frame, sample_pair, sample_second_wave, sample_wave}
 #import bevy_field_patterns::coverage::{Coverage, soft_width, pulse_coverage, sine_coverage, sawtooth_coverage}
+#ifdef STRIPES_DEBUG
+#import bevy_field_patterns::stripe_debug::debug_color
+#endif
 
 const TAU: f32 = 6.283185307179586;
 
@@ -18,26 +27,17 @@ const PROFILE_RAMP: u32 = 2u;
 const PROFILE_SAWTOOTH: u32 = 3u;
 const PROFILE_PERIODIC: u32 = 4u;
 
-const FOCUS_SHAPE: u32 = 3u;
-const FOCUS_SPHERE: u32 = 1u;
-const FOCUS_INVERT: u32 = 4u;
-const FOCUS_CUTOUT: u32 = 8u;
-const FOCUS_COLOR: u32 = 16u;
-const FOCUS_WIDTH: u32 = 32u;
-
 struct Stripes {
     color: vec4<f32>,
     gap_color: vec4<f32>,
-    // Centre and radius, or normal and distance.
-    focus_region: vec4<f32>,
+    focus: Focus,
     // Opacity over the base colour, emission, roughness, height of the bump.
     drive: vec4<f32>,
     duty: f32,
     softness: f32,
     phase_offset: f32,
     phase_speed: f32,
-    focus_border: f32,
-    focus_flags: u32,
+    families: u32,
     profile: u32,
     debug: u32,
     // 1 to filter the profile over the pixel, 0 to take one point of it [pixels]
@@ -51,32 +51,14 @@ struct Stripes {
 struct Stripe {
     layer: vec4<f32>,
     coverage: f32,
-    // Of the height that a bump has, 0 to 1 [1/pixel].
+    // Of a bump, 0 to 1, and its derivatives along the screen [1/pixel].
+    height: f32,
     slope: vec2<f32>,
     // Share of the pixel that a cut-out leaves.
     solid: f32,
     // How much of a period a pixel covers.
     periods: f32,
     focus: f32,
-}
-
-fn focus_weight(position: vec3<f32>) -> f32 {
-    let shape = stripes.focus_flags & FOCUS_SHAPE;
-    if shape == 0u {
-        return 1.0;
-    }
-    let region = stripes.focus_region;
-    let depth = select(
-        dot(region.xyz, position) - region.w,
-        region.w - distance(region.xyz, position),
-        shape == FOCUS_SPHERE,
-    );
-    let inside = smoothstep(0.0, 1.0, depth / stripes.focus_border + 0.5);
-    return select(inside, 1.0 - inside, (stripes.focus_flags & FOCUS_INVERT) != 0u);
-}
-
-fn limited(focus: f32, what: u32) -> f32 {
-    return select(1.0, focus, (stripes.focus_flags & what) != 0u);
 }
 
 // Profiles that need the phase itself are square on a line field.
@@ -120,18 +102,14 @@ fn image_color(profile: u32, turns: f32, width: f32) -> vec4<f32> {
 }
 #endif
 
-fn premultiplied(color: vec4<f32>) -> vec4<f32> {
-    return vec4(color.rgb * color.a, color.a);
-}
-
-fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
+// One family of stripes, without the gaps.
+fn family_at(wave: Wave, focus: f32, time: f32) -> Stripe {
     var out: Stripe;
-    out.focus = focus_weight(world_position);
     let profile = profile_of(wave);
     let turns = turns_of(wave, time);
     let width = stripes.filter_width * wave.sides;
     let periods = stripes.filter_width * wave.footprint;
-    let duty = stripes.duty * limited(out.focus, FOCUS_WIDTH);
+    let duty = stripes.duty * limited(stripes.focus, focus, FOCUS_WIDTH);
     // At a branch the phase means nothing: fade to the mean. Close to it the footprint blurs by itself, as much as the
     // distance of the view needs; a wide fade would be seen as a spot.
     let certain = smoothstep(0.01, 0.08, wave.confidence);
@@ -140,28 +118,73 @@ fn stripe_at(wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
     out.periods = periods;
     out.coverage = mix(mean_coverage(profile, duty), sharp.value, certain);
     out.solid = sharp.value;
-    out.layer = mix(premultiplied(stripes.gap_color), premultiplied(stripes.color), out.coverage);
+    out.layer = premultiplied(stripes.color) * out.coverage;
 #ifdef STRIPES_IMAGE
     if profile == stripes.profile {
-        let image = image_color(profile, turns, mix(1.0, periods, certain));
-        out.solid = image.a;
-        out.coverage = image.a;
-        out.layer = premultiplied(stripes.gap_color) * (1.0 - image.a) + image;
+        out.layer = image_color(profile, turns, mix(1.0, periods, certain));
+        out.coverage = out.layer.a;
+        out.solid = out.layer.a;
     }
 #endif
-    out.solid = mix(1.0, out.solid, limited(out.focus, FOCUS_CUTOUT));
 
     // A bump needs a slope to be seen: its edges are bevelled, however sharp the colours are.
     let bevelled = profile_coverage(profile, turns, duty, max(width, vec2(0.25 * min(duty, 1.0 - duty))));
     // Its fade at a branch is wide, or the tip of a stripe would be a needle.
+    out.height = bevelled.value;
     out.slope = bevelled.slope * smoothstep(0.05, 0.3, wave.confidence) * wave.per_pixel;
     return out;
 }
 
-// What a cut-out keeps: the stripe. Where a pixel covers much of a period, an ordered dither keeps as many pixels as the
-// stripe covers, so that holes too fine to be seen neither close nor open together.
-fn is_hole(stripe: Stripe, frag_coord: vec4<f32>, cutoff: f32) -> bool {
-    let noise = fract(52.9829189 * fract(dot(floor(frag_coord.xy), vec2(0.06711056, 0.00583715))));
-    let threshold = mix(cutoff, clamp(noise, 0.01, 0.99), smoothstep(0.25, 0.75, stripe.periods));
-    return stripe.solid < threshold;
+// The union of two families, as all pieces of a triangle see it.
+fn crossed_at(point: PatternPoint, focus: f32, time: f32) -> Stripe {
+    let frame = pattern_frame(point);
+    var sum: Stripe;
+    for (var piece = 0u; piece < frame.pieces; piece++) {
+        let pair = sample_pair(frame, point, piece);
+        let one = family_at(pair.first, focus, time);
+        let two = family_at(pair.second, focus, time);
+        sum.coverage += pair.weight * crossed_share(one.coverage, two.coverage);
+        sum.solid += pair.weight * crossed_share(one.solid, two.solid);
+        sum.layer += pair.weight * crossed_layers(one.layer, one.coverage, two.layer, two.coverage);
+        sum.slope += pair.weight * (one.slope * (1.0 - two.height) + two.slope * (1.0 - one.height));
+        sum.periods += pair.weight * max(one.periods, two.periods);
+    }
+    return sum;
+}
+
+// At a point that has a pattern; `wave` is its first wave.
+fn stripe_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
+    let focus = focus_weight(stripes.focus, world_position);
+    var out: Stripe;
+    switch families_of(point, stripes.families) {
+        case FAMILIES_BOTH: { out = crossed_at(point, focus, time); }
+        case FAMILIES_SECOND: { out = family_at(sample_second_wave(point), focus, time); }
+        default: { out = family_at(wave, focus, time); }
+    }
+    out.focus = focus;
+    out.layer += premultiplied(stripes.gap_color) * (1.0 - out.coverage);
+    out.solid = mix(1.0, out.solid, limited(stripes.focus, focus, FOCUS_CUTOUT));
+    return out;
+}
+
+fn paint_pattern(point: PatternPoint, frag_coord: vec4<f32>, world_position: vec3<f32>, time: f32) -> Paint {
+    var paint: Paint;
+    let wave = sample_wave(point);
+    if !wave.defined {
+        return paint;
+    }
+    let stripe = stripe_at(point, wave, world_position, time);
+    let strength = limited(stripes.focus, stripe.focus, FOCUS_COLOR);
+    paint.defined = true;
+    paint.layer = stripe.layer * strength * stripes.drive.x;
+    paint.emissive = stripe.layer.rgb * strength * stripes.drive.y;
+    paint.roughness = stripe.coverage * strength * stripes.drive.z;
+    paint.slope = stripe.slope * strength * stripes.drive.w;
+    paint.solid = stripe.solid;
+    paint.periods = stripe.periods;
+#ifdef STRIPES_DEBUG
+    paint.layer = vec4(debug_color(stripes.debug, point, wave), 1.0);
+    paint.unlit = true;
+#endif
+    return paint;
 }

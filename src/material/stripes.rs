@@ -1,22 +1,23 @@
 //! `StripeMaterial`: a physically based material whose look a wave drives.
 //!
 //! In: [`Stripes`], the style (colours, profile, what a stripe drives, what it cuts out). Out: uniforms, an image and the
-//! three shared buffers for `stripes.wgsl`, which turns sin Φ and the footprint into the share of each pixel that is
+//! three shared buffers for `stripe_style.wgsl`, which turns sin Φ and the footprint into the share of each pixel that is
 //! stripe. The state (field, phases) is the entity's; a material can be shared by any number of entities.
 
-use super::{Focus, pattern_prepass_vertex_shader, pattern_vertex_shader};
-use crate::{
-    field::DirectionField,
-    wave::{
-        NeedsVector,
-        layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER},
-    },
+use super::{
+    Focus,
+    focus::FocusUniform,
+    pattern_fragment_shader, pattern_prepass_fragment_shader, pattern_prepass_vertex_shader, pattern_vertex_shader,
+    style::{WaveStyle, select_variant},
+};
+use crate::wave::{
+    StyleNeeds,
+    layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER},
 };
 use bevy::{
     ecs::system::{SystemParamItem, lifetimeless::SRes},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
-    platform::collections::HashSet,
     prelude::*,
     render::{
         render_asset::RenderAssets,
@@ -65,6 +66,22 @@ impl Profile {
             Self::Square | Self::Sine | Self::Sawtooth => None,
         }
     }
+}
+
+/// The stripes that are drawn where a pattern has two waves ([`Waves`](crate::wave::Waves)).
+///
+/// Those of a cross field are always both drawn: it does not tell its two waves apart, so one of them alone would end in
+/// seams where it comes back as the other.
+#[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[reflect(Default, Clone, PartialEq, Hash)]
+pub enum StripeWaves {
+    /// Of the wave along d.
+    #[default]
+    First,
+    /// Of the wave along n × d.
+    Second,
+    /// Of both: the union of their stripes.
+    Both,
 }
 
 /// What a stripe changes on the base material.
@@ -129,6 +146,8 @@ pub struct Stripes {
     pub softness: f32,
     /// Shape of a stripe. Default [`Profile::Square`].
     pub profile: Profile,
+    /// Which waves are drawn, where the pattern has two. Default: the first.
+    pub waves: StripeWaves,
     /// Added to the phase, in periods. Needs a vector field. Default 0.
     pub phase_offset: f32,
     /// How fast the pattern travels along d, in periods per second. Needs a vector field. Default 0.
@@ -154,6 +173,7 @@ impl Default for Stripes {
             duty: 0.5,
             softness: 0.0,
             profile: Profile::Square,
+            waves: StripeWaves::First,
             phase_offset: 0.0,
             phase_speed: 0.0,
             drive: StripeDrive::default(),
@@ -194,7 +214,7 @@ impl Stripes {
             style: StripesUniform {
                 color: self.color.to_vec4(),
                 gap_color: self.gap_color.to_vec4(),
-                focus_region: self.focus.region(),
+                focus: self.focus.uniform(),
                 drive: Vec4::new(
                     self.drive.base_color,
                     self.drive.emissive,
@@ -205,8 +225,7 @@ impl Stripes {
                 softness: self.softness.clamp(0.0, 1.0),
                 phase_offset: self.phase_offset,
                 phase_speed: self.phase_speed,
-                focus_border: self.focus.border.max(1e-6),
-                focus_flags: self.focus.flags(),
+                families: self.waves as u32,
                 profile,
                 debug: self.debug as u32,
                 filter_width: if self.anti_aliasing { 1.0 } else { 0.0 },
@@ -221,14 +240,13 @@ impl Stripes {
 struct StripesUniform {
     color: Vec4,
     gap_color: Vec4,
-    focus_region: Vec4,
+    focus: FocusUniform,
     drive: Vec4,
     duty: f32,
     softness: f32,
     phase_offset: f32,
     phase_speed: f32,
-    focus_border: f32,
-    focus_flags: u32,
+    families: u32,
     profile: u32,
     debug: u32,
     filter_width: f32,
@@ -302,7 +320,7 @@ impl MaterialExtension for Stripes {
     }
 
     fn fragment_shader() -> ShaderRef {
-        super::embedded("stripes.wgsl")
+        pattern_fragment_shader()
     }
 
     fn prepass_vertex_shader() -> ShaderRef {
@@ -310,7 +328,7 @@ impl MaterialExtension for Stripes {
     }
 
     fn prepass_fragment_shader() -> ShaderRef {
-        super::embedded("stripes_prepass.wgsl")
+        pattern_prepass_fragment_shader()
     }
 
     fn deferred_vertex_shader() -> ShaderRef {
@@ -318,7 +336,7 @@ impl MaterialExtension for Stripes {
     }
 
     fn deferred_fragment_shader() -> ShaderRef {
-        super::embedded("stripes.wgsl")
+        pattern_fragment_shader()
     }
 
     fn specialize(
@@ -334,89 +352,26 @@ impl MaterialExtension for Stripes {
             debug,
         } = key.bind_group_data;
         let variants = [
+            (true, "PATTERN_STRIPES"),
+            (cutout, "PATTERN_CUTOUT"),
+            (bump, "PATTERN_BUMP"),
             (image, "STRIPES_IMAGE"),
-            (cutout, "STRIPES_CUTOUT"),
-            (bump, "STRIPES_BUMP"),
             (debug, "STRIPES_DEBUG"),
         ];
-        if let Some(fragment) = &mut descriptor.fragment {
-            fragment
-                .shader_defs
-                .extend(variants.into_iter().filter(|v| v.0).map(|v| v.1.into()));
-        }
+        select_variant(descriptor, &variants);
         Ok(())
     }
 }
 
-/// A cut-out needs a base that may discard, or Bevy draws shadows and prepasses without looking at the material. An opaque
-/// base gets a mask for as long as it is cut out.
-pub(super) fn mask_cutouts(
-    mut changes: MessageReader<AssetEvent<StripeMaterial>>,
-    mut materials: ResMut<Assets<StripeMaterial>>,
-    mut masked: Local<HashSet<AssetId<StripeMaterial>>>,
-) {
-    const MASK: AlphaMode = AlphaMode::Mask(0.5);
-    for change in changes.read() {
-        let id = match *change {
-            AssetEvent::Added { id } | AssetEvent::Modified { id } => id,
-            AssetEvent::Removed { id } => {
-                masked.remove(&id);
-                continue;
-            }
-            AssetEvent::Unused { .. } | AssetEvent::LoadedWithDependencies { .. } => continue,
-        };
-        let Some(material) = materials.get(id) else { continue };
-        let mode = material.base.alpha_mode;
-        let wanted = match (material.extension.cutout, mode) {
-            (true, AlphaMode::Opaque) => {
-                masked.insert(id);
-                MASK
-            }
-            (true, mode) if mode == MASK => MASK,
-            // Another mode than the mask is the user's own.
-            (_, mode) => match masked.remove(&id) {
-                true if mode == MASK => AlphaMode::Opaque,
-                _ => mode,
-            },
-        };
-        if wanted != mode
-            && let Some(mut material) = materials.get_mut(id)
-        {
-            material.base.alpha_mode = wanted;
+impl WaveStyle for Stripes {
+    fn needs(&self) -> StyleNeeds {
+        StyleNeeds {
+            vector: self.requires_vector_symmetry(),
+            ..default()
         }
     }
-}
 
-/// What a material asked for goes with it.
-pub(super) fn withdraw_needs(event: On<Remove, MeshMaterial3d<StripeMaterial>>, mut commands: Commands) {
-    if let Ok(mut entity) = commands.get_entity(event.entity) {
-        entity.try_remove::<NeedsVector>();
-    }
-}
-
-/// Tells the solver which entities carry a style that a line field cannot have.
-pub(super) fn declare_needs(
-    changes: MessageReader<AssetEvent<StripeMaterial>>,
-    entities: Query<(Entity, Ref<MeshMaterial3d<StripeMaterial>>, Option<&NeedsVector>), With<DirectionField>>,
-    materials: Res<Assets<StripeMaterial>>,
-    mut commands: Commands,
-) {
-    let any_material_changed = !changes.is_empty();
-    for (entity, material, declared) in &entities {
-        if !any_material_changed && !material.is_changed() {
-            continue;
-        }
-        let needs = materials
-            .get(&material.0)
-            .and_then(|material| material.extension.requires_vector_symmetry());
-        match needs.map(NeedsVector) {
-            needed if needed.as_ref() == declared => {}
-            Some(needed) => {
-                commands.entity(entity).try_insert(needed);
-            }
-            None => {
-                commands.entity(entity).try_remove::<NeedsVector>();
-            }
-        }
+    fn is_cutout(&self) -> bool {
+        self.cutout
     }
 }

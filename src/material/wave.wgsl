@@ -134,8 +134,7 @@ fn pattern_frame(point: PatternPoint) -> PatternFrame {
     }
     frame.corners = PairCorners(load_corners(point, 0u), load_corners(point, 1u));
     frame.vector = is_vector(point);
-    let cross_field = (surface[point.tag + 2u] & FLAG_CROSS) != 0u;
-    frame.turns = corner_turns(frame.corners, Coupling(2u, frame.vector, cross_field));
+    frame.turns = corner_turns(frame.corners, Coupling(2u, frame.vector, is_cross(point)));
     frame.pieces = pair_pieces(frame.turns);
     return frame;
 }
@@ -198,6 +197,11 @@ fn sample_scalars(point: PatternPoint) -> vec2<f32> {
 
 fn is_vector(point: PatternPoint) -> bool {
     return (surface[point.tag + 2u] & FLAG_VECTOR) != 0u;
+}
+
+// The two waves are those of a cross field: after quarter turns one is the other.
+fn is_cross(point: PatternPoint) -> bool {
+    return (surface[point.tag + 2u] & FLAG_CROSS) != 0u;
 }
 
 fn waves_of(point: PatternPoint) -> u32 {

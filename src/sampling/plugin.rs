@@ -39,9 +39,14 @@ impl Plugin for SamplingPlugin {
             .add_observer(remove_samples)
             .add_systems(PostUpdate, request_surfaces.in_set(SurfaceSystems::Request))
             .add_message::<AssetEvent<Image>>()
-            .add_systems(PostUpdate, update_samples.in_set(SurfaceSystems::Use));
+            .configure_sets(PostUpdate, SamplingSystems.in_set(SurfaceSystems::Use))
+            .add_systems(PostUpdate, update_samples.in_set(SamplingSystems));
     }
 }
+
+/// Samples that are done are taken over, and new ones begun, in `PostUpdate`.
+#[derive(SystemSet, Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct SamplingSystems;
 
 /// Asks for samples on the entity's mesh, or on its [`PlanarDomain`] if it has one.
 ///

@@ -40,9 +40,13 @@ impl<T> fmt::Debug for SpaceFunction<T> {
 #[non_exhaustive]
 pub enum MetricSource {
     /// Circles.
+    ///
+    #[doc = include_str!("../../docs/images/metric_isotropic.svg")]
     #[default]
     Isotropic,
     /// Ellipses with their long axis along a field. On surfaces.
+    ///
+    #[doc = include_str!("../../docs/images/metric_field.svg")]
     Field {
         /// The field.
         field: DirectionField,
@@ -61,6 +65,8 @@ pub enum MetricSource {
         full_length: f32,
     },
     /// Ellipses along the eigenvectors of symmetric tensors (strain, stress, diffusion). On surfaces.
+    ///
+    #[doc = include_str!("../../docs/images/metric_tensors.svg")]
     Tensors {
         /// One tensor per vertex of the mesh, in the mesh's order and space.
         tensors: Arc<[SymmetricMat3]>,
@@ -75,6 +81,8 @@ pub enum MetricSource {
         structure: Structure,
     },
     /// Ellipses along the edges of an image, which is stretched over the domain's bounds. In the plane.
+    ///
+    #[doc = include_str!("../../docs/images/metric_scalars.svg")]
     Image {
         /// The image; it must keep its data (`RenderAssetUsages::MAIN_WORLD`).
         image: Handle<Image>,
@@ -85,10 +93,14 @@ pub enum MetricSource {
     Vertices(Arc<[SymmetricMat3]>),
     /// A metric M of space, symmetric and positive definite, at any point: an analytic one, or a
     /// [`MetricVolume`](super::metric::MetricVolume). Projected onto the surface or the plane.
+    ///
+    #[doc = include_str!("../../docs/images/metric_function.svg")]
     Function(SpaceFunction<SymmetricMat3>),
 }
 
 /// How many samples there are per area, relative to other places. Above 0.
+///
+#[doc = include_str!("../../docs/images/metric_importance.svg")]
 #[derive(Debug, Clone, Default)]
 #[non_exhaustive]
 pub enum Importance {

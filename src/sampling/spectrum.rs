@@ -18,7 +18,7 @@ pub struct PowerSpectrum {
     extent: DVec2,
 }
 
-/// The power spectrum of points in the rectangle from `min` to `max`. Takes n (2 half + 1) (half + 1) complex
+/// The power spectrum of points in the rectangle from `min` to `max`. The example `sample` draws it with `--spectrum`. Takes n (2 half + 1) (half + 1) complex
 /// multiplications.
 pub fn power_spectrum(points: &[DVec2], min: DVec2, max: DVec2, half: u32) -> PowerSpectrum {
     let extent = max - min;

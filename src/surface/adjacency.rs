@@ -1,11 +1,12 @@
 //! Who is next to whom, before the nodes have their final order.
 //!
-//! In: triangles of welded vertices, pairs of points, or a finer level. Out: for each node the list of its neighbours, from which a
-//! [`Level`] with sorted, unique neighbours is made once the order of the nodes is known.
+//! In: triangles of welded vertices, pairs of points, or a finer level. Out: for each node the list of its neighbours, from
+//! which a [`Level`] with sorted, unique neighbours is made once the order of the nodes is known; and for each triangle those
+//! across its edges.
 
 use super::{
-    graph::Level,
-    order::{inverse, start_of_each},
+    graph::{Level, NO_TRIANGLE},
+    order::{group, inverse, start_of_each},
 };
 
 /// Lists of neighbours in any order; symmetric, without loops and duplicates.
@@ -105,4 +106,32 @@ impl Adjacency {
         }
         level
     }
+}
+
+/// The triangle across each edge of each triangle, edge c being that from corner c to the next; [`NO_TRIANGLE`] where not
+/// exactly two triangles share it.
+pub(super) fn triangles_across(triangles: &[[u32; 3]], nodes: usize) -> Vec<[u32; 3]> {
+    let corners = triangles.as_flattened();
+    let ends = |edge: u32| {
+        let (triangle, corner) = (edge / 3, edge % 3);
+        let [a, b] = [corner, (corner + 1) % 3].map(|c| corners[(3 * triangle + c) as usize]);
+        (a.min(b), a.max(b))
+    };
+    let edges = corners.len() as u32;
+    let lower: Vec<u32> = (0..edges).map(|edge| ends(edge).0).collect();
+    let (offsets, mut members) = group(&lower, nodes);
+    let mut across = vec![[NO_TRIANGLE; 3]; triangles.len()];
+    for node in offsets.windows(2) {
+        let at_node = &mut members[node[0] as usize..node[1] as usize];
+        at_node.sort_unstable_by_key(|&edge| (ends(edge).1, edge));
+        for same in at_node.chunk_by(|&a, &b| ends(a).1 == ends(b).1) {
+            let &[a, b] = same else { continue };
+            let (low, high) = ends(a);
+            if low != high && a / 3 != b / 3 {
+                across[(a / 3) as usize][(a % 3) as usize] = b / 3;
+                across[(b / 3) as usize][(b % 3) as usize] = a / 3;
+            }
+        }
+    }
+    across
 }

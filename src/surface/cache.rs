@@ -37,6 +37,8 @@ pub struct Surface {
     pub topology: u32,
     /// Changes when positions or attributes were written.
     pub geometry: u32,
+    /// Changes when positions were written that differ.
+    pub positions: u32,
 }
 
 /// What is known of a mesh asset's surface.
@@ -142,10 +144,13 @@ pub(crate) fn start_surfaces(
         };
         entry.stale = false;
         match written_in_place(mesh, &entry.state, &mut graphs) {
-            Ok(Some(copy)) => {
+            Ok(Some((copy, moved))) => {
                 if let SurfaceState::Ready(surface) = &mut entry.state {
                     *version += 1;
                     surface.geometry = *version;
+                    if moved {
+                        surface.positions = *version;
+                    }
                     if surface.drawn.id() != id && meshes.insert(&surface.drawn, copy).is_err() {
                         entry.stale = true;
                     }
@@ -179,6 +184,7 @@ pub(crate) fn finish_surfaces(
                 drawn: meshes.add(copy),
                 topology: *version,
                 geometry: *version,
+                positions: *version,
             }),
             Err(error) => SurfaceState::Failed(error),
         };
@@ -206,13 +212,13 @@ fn drawn_copy(mesh: &Mesh, graph: &SurfaceGraph) -> Result<Mesh, PatternError> {
     Ok(copy)
 }
 
-/// Takes a mesh's new positions over into the graph that it has already; the new drawn mesh, or `None` where the graph
-/// must be built anew.
+/// Takes a mesh's new positions over into the graph that it has already; the new drawn mesh and whether any position is
+/// another one, or `None` where the graph must be built anew.
 fn written_in_place(
     mesh: &Mesh,
     state: &SurfaceState,
     graphs: &mut Assets<SurfaceGraph>,
-) -> Result<Option<Mesh>, PatternError> {
+) -> Result<Option<(Mesh, bool)>, PatternError> {
     let SurfaceState::Ready(surface) = state else {
         return Ok(None);
     };
@@ -228,7 +234,7 @@ fn written_in_place(
             return Ok(None);
         }
         graph.update_points(&soup.points, soup.normals.as_deref())?;
-        return drawn_copy(mesh, &graph).map(Some);
+        return Ok(Some((drawn_copy(mesh, &graph)?, true)));
     }
     let soup = triangle_soup(mesh)?;
     let same = soup.positions.len() == graph.vertex_of.len()
@@ -241,6 +247,6 @@ fn written_in_place(
     if !same {
         return Ok(None);
     }
-    graph.update_positions(&soup.positions)?;
-    drawn_copy(mesh, &graph).map(Some)
+    let moved = graph.update_positions(&soup.positions)?;
+    Ok(Some((drawn_copy(mesh, &graph)?, moved)))
 }

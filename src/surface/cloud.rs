@@ -9,7 +9,7 @@
 use super::{
     adjacency::Adjacency,
     coloring::SolverOrder,
-    graph::SurfaceGraph,
+    graph::{NO_TRIANGLE, SurfaceGraph},
     levels::coarsen,
     nearest::KdTree,
     order::{inverse, morton_order},
@@ -111,6 +111,7 @@ impl SurfaceGraph {
             normals,
             areas,
             triangles: vertex_of.iter().flat_map(|&v| [[v; 3]; 2]).collect(),
+            triangles_across: vec![[NO_TRIANGLE; 3]; 2 * vertex_of.len()],
             vertex_of,
             levels,
             discs,

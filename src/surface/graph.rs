@@ -4,7 +4,7 @@
 //! [`surface`](crate::surface); here they are put together.
 
 use super::{
-    adjacency::Adjacency,
+    adjacency::{Adjacency, triangles_across},
     cloud::CloudOptions,
     coloring::SolverOrder,
     geometry::{double_area, normals_and_areas},
@@ -32,6 +32,9 @@ pub struct SurfaceGraph {
     pub areas: Vec<f32>,
     /// The three graph vertices of each drawn triangle, in drawing order, degenerate ones included.
     pub triangles: Vec<[u32; 3]>,
+    /// The triangle across each edge of each triangle, edge c being that from corner c to the next; [`NO_TRIANGLE`] at a
+    /// border, and where more than two triangles share the edge.
+    pub triangles_across: Vec<[u32; 3]>,
     /// The graph vertex of each vertex of the mesh. Every mesh vertex has one (unused ones are isolated vertices).
     pub vertex_of: Vec<u32>,
     /// The hierarchy, finest first. The last level has one node per connected component.
@@ -40,6 +43,9 @@ pub struct SurfaceGraph {
     /// other. Empty for a mesh of triangles.
     pub discs: Vec<[Vec3; 2]>,
 }
+
+/// In place of a triangle where there is none.
+pub const NO_TRIANGLE: u32 = u32::MAX;
 
 /// One level of the hierarchy: a graph in CSR form, its colours, and how it aggregates into the next coarser level.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -139,12 +145,14 @@ impl SurfaceGraph {
         let triangles = renamed(&triangles_welded, &rank);
         let vertex_of = weld.vertex_of.iter().map(|&v| rank[v as usize]).collect();
         let (normals, areas) = normals_and_areas(&positions, &triangles);
+        let triangles_across = triangles_across(&triangles, positions.len());
         let levels = coarsen(finest, &positions, &areas);
         Ok(Self {
             positions,
             normals,
             areas,
             triangles,
+            triangles_across,
             vertex_of,
             levels,
             discs: Vec::new(),
@@ -153,11 +161,12 @@ impl SurfaceGraph {
 
     /// Takes new positions of the mesh's own vertices, as many as there were. Positions, normals and areas are computed
     /// anew; the weld, the colours and the levels stay. A welded vertex goes where the first of its mesh vertices goes.
-    /// Triangles may lose their area meanwhile. Points keep their neighbours; their normals are fitted anew.
+    /// Triangles may lose their area meanwhile. Points keep their neighbours; their normals are fitted anew. Returns whether
+    /// any vertex has gone elsewhere.
     ///
     /// # Errors
     /// [`WrongLength`](PatternError::WrongLength) and [`NotFinite`](PatternError::NotFinite); the graph is unchanged then.
-    pub fn update_positions(&mut self, positions: &[Vec3]) -> Result<(), PatternError> {
+    pub fn update_positions(&mut self, positions: &[Vec3]) -> Result<bool, PatternError> {
         let (found, expected) = (positions.len(), self.vertex_of.len());
         if found != expected {
             return Err(PatternError::WrongLength {
@@ -167,16 +176,22 @@ impl SurfaceGraph {
             });
         }
         check_finite(positions)?;
+        let mut welded = self.positions.clone();
         // Backwards, so that the first mesh vertex of each welded vertex has the last word.
         for (&vertex, &position) in self.vertex_of.iter().zip(positions).rev() {
-            self.positions[vertex as usize] = position;
+            welded[vertex as usize] = position;
+        }
+        let moved = welded != self.positions;
+        self.positions = welded;
+        if !moved {
+            return Ok(false);
         }
         if self.is_cloud() {
             self.fit_points();
         } else {
             (self.normals, self.areas) = normals_and_areas(&self.positions, &self.triangles);
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Number of welded vertices.

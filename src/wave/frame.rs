@@ -56,11 +56,23 @@ pub(crate) enum Pass {
     SmoothProlong,
     /// One colour of a level of smoothed fields.
     SmoothSweep,
+    /// Positions by joints and morph targets.
+    PoseVertices,
+    /// Normals and areas of posed positions.
+    PoseNormals,
+    /// Deviators of the shape operator.
+    Deviators,
+    /// Their measure, per entity.
+    Limit,
+    /// What takes them along edges.
+    Transports,
+    /// A step of smoothing.
+    SmoothLines,
 }
 
 impl Pass {
     /// All passes, in the order of their discriminants.
-    pub(crate) const ALL: [Self; 23] = [
+    pub(crate) const ALL: [Self; 29] = [
         Self::Directions,
         Self::Frequencies,
         Self::EdgeWeights,
@@ -84,6 +96,12 @@ impl Pass {
         Self::SmoothStart,
         Self::SmoothProlong,
         Self::SmoothSweep,
+        Self::PoseVertices,
+        Self::PoseNormals,
+        Self::Deviators,
+        Self::Limit,
+        Self::Transports,
+        Self::SmoothLines,
     ];
 
     /// Name of the entry point.
@@ -112,7 +130,18 @@ impl Pass {
             Self::SmoothStart => "smooth_start",
             Self::SmoothProlong => "smooth_prolong",
             Self::SmoothSweep => "smooth_sweep",
+            Self::PoseVertices => "pose_vertices",
+            Self::PoseNormals => "pose_normals",
+            Self::Deviators => "deviators",
+            Self::Limit => "limit",
+            Self::Transports => "transports",
+            Self::SmoothLines => "smooth_lines",
         }
+    }
+
+    /// Whether it writes the buffer of positions and normals, which all others read only.
+    pub(crate) fn writes_geometry(self) -> bool {
+        matches!(self, Self::PoseVertices | Self::PoseNormals)
     }
 }
 
@@ -131,7 +160,8 @@ pub(crate) struct StepUniform {
     pub(crate) epsilon: f32,
     /// 1: phasors stay as they are while children are joined to their parents.
     pub(crate) keep: u32,
-    pub(crate) pad: [u32; 2],
+    pub(crate) round: u32,
+    pub(crate) pad: u32,
 }
 
 /// Workgroups per row: below WebGPU's 65,535 per dimension.

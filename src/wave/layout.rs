@@ -50,6 +50,8 @@ pub(crate) const DIRECTION_TENSOR: u32 = 5;
 pub(crate) const DIRECTION_SMOOTH: u32 = 6;
 /// A vector per vertex of the mesh, copied from a user's buffer.
 pub(crate) const DIRECTION_BUFFER: u32 = 7;
+/// Principal curvature of a surface that is posed on the device.
+pub(crate) const DIRECTION_CURVATURE: u32 = 8;
 
 /// One frequency for all vertices.
 pub(crate) const FREQUENCY_UNIFORM: u32 = 0;
@@ -80,7 +82,9 @@ pub struct PatternRecord {
     pub flags: u32,
     /// Number of levels; their [`LevelRecord`]s follow this record.
     pub levels: u32,
-    /// `surface[triangle_base + 3 t + c]` is the vertex at corner c of triangle t.
+    /// `surface[triangle_base + 3 t + c]` is the vertex at corner c of triangle t. Behind these,
+    /// `surface[triangle_base + 3 * triangles + 3 t + c]` is the triangle across the edge from corner c to the next,
+    /// [`NO_TRIANGLE`](crate::surface::NO_TRIANGLE) at borders.
     pub triangle_base: u32,
     /// `geometry[geometry_base + 2 v]` is (position, area) of vertex v, the next one (normal, id); the id is the bits of a
     /// u32, the vertex's number in the mesh. With [`FLAG_DISCS`], `geometry[geometry_base + 2 vertices + 2 v]` and the
@@ -122,11 +126,39 @@ pub struct PatternRecord {
     /// `wave[smooth_base..]`: the smoothed field of every node, then what it is drawn to; see `smooth.wgsl`.
     pub smooth_base: u32,
     /// Unused.
-    pub pad: [u32; 5],
+    pub pad: u32,
+    /// `surface[pose_base..]` is the entity's [`PoseRecord`]; 0: its positions are not posed.
+    pub pose_base: u32,
+    /// Unused.
+    pub pad_pose: [u32; 3],
     /// Bit i % 32 of `surface[pin_base + i / 32]` tells whether vertex i is drawn to a crest; 0: none is.
     pub pin_base: u32,
     /// How much such a vertex is drawn to a crest, as the weight of an edge; below 0: to a trough.
     pub pull: f32,
+}
+
+/// How an entity is posed. The matrices of its joints follow, three rows of four numbers each, and then the weights of its
+/// morph targets.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub struct PoseRecord {
+    /// Number of matrices, 1 or more; the first is everybody's where there is no skin.
+    pub joints: u32,
+    /// Number of weights.
+    pub targets: u32,
+    /// `surface[skin_base + 6 v]` are two joints of vertex v, 16 bits each, the next one two more, then four weights; 0:
+    /// there is no skin.
+    pub skin_base: u32,
+    /// `surface[target_base + 3 (t V + v)]`.. is by how much morph target t displaces vertex v of V.
+    pub target_base: u32,
+    /// Positions, areas, normals and ids at rest, as [`PatternRecord::geometry_base`].
+    pub rest_base: u32,
+    /// `surface[corner_offset_base + v] .. surface[corner_offset_base + v + 1]` are the corners around vertex v.
+    pub corner_offset_base: u32,
+    /// `surface[corner_base + k]` is corner c of triangle t, as 3 t + c.
+    pub corner_base: u32,
+    /// Unused.
+    pub pad: u32,
 }
 
 /// One level of an entity's hierarchy.

@@ -16,6 +16,7 @@ const DIRECTION_VORTICES: u32 = 4u;
 const DIRECTION_TENSOR: u32 = 5u;
 const DIRECTION_SMOOTH: u32 = 6u;
 const DIRECTION_BUFFER: u32 = 7u;
+const DIRECTION_CURVATURE: u32 = 8u;
 
 const FREQUENCY_UNIFORM: u32 = 0u;
 const FREQUENCY_VERTICES: u32 = 1u;
@@ -28,6 +29,7 @@ const SOURCE_SCALARS: u32 = 65536u;
 
 const RECORD_WORDS: u32 = 32u;
 const LEVEL_WORDS: u32 = 12u;
+const POSE_WORDS: u32 = 8u;
 
 struct PatternRecord {
     vertices: u32,

@@ -25,6 +25,7 @@ mod patterns;
 mod pending;
 mod pipelines;
 mod plan;
+pub mod pose;
 mod quality;
 mod render;
 mod settings;
@@ -54,7 +55,11 @@ use crate::{
     field::{DirectionField, FieldTime, Frequency, PatternScalars, Vortex},
     surface::{SurfacePlugin, SurfaceSystems},
 };
-use bevy::{camera::CameraUpdateSystems, prelude::*, render::storage::ShaderBuffer};
+use bevy::{
+    camera::{CameraUpdateSystems, visibility::VisibilitySystems},
+    prelude::*,
+    render::storage::ShaderBuffer,
+};
 
 /// Solves waves for all entities with a [`DirectionField`].
 #[derive(Debug, Default, Clone, Copy)]
@@ -74,6 +79,7 @@ impl Plugin for WavePlugin {
         }
         app.init_resource::<PatternArena>()
             .init_resource::<patterns::PackedGraphs>()
+            .init_resource::<pose::PackedRigs>()
             .init_resource::<patterns::Outbox>()
             .init_resource::<patterns::Pace>()
             .init_resource::<SolverSettings>()
@@ -82,6 +88,7 @@ impl Plugin for WavePlugin {
             .init_resource::<crate::material::BufferGeneration>()
             .register_type::<CreasePhase>()
             .register_type::<PatternState>()
+            .register_type::<pose::PatternPose>()
             .register_type::<SolverSettings>()
             .register_type::<Waves>()
             .register_type::<Vortex>()
@@ -95,7 +102,9 @@ impl Plugin for WavePlugin {
             settings::check_settings,
             patterns::update_patterns
                 .run_if(patterns::renders)
-                .after(CameraUpdateSystems),
+                .after(CameraUpdateSystems)
+                // It forgets what was seen in the frame before.
+                .before(VisibilitySystems::VisibilityPropagate),
             patterns::update_graphs.run_if(not(patterns::renders)),
             grow_buffers::<arena::Pool>.run_if(resource_exists::<Assets<ShaderBuffer>>),
         );
@@ -106,7 +115,8 @@ impl Plugin for WavePlugin {
                     update.chain().in_set(PatternSystems),
                     patterns::request_surfaces.in_set(SurfaceSystems::Request),
                 ),
-            );
+            )
+            .add_systems(Last, (patterns::note_seen, pose::take_over_again));
         render::build(app);
     }
 

@@ -49,7 +49,8 @@ pub(crate) fn geometry(graph: &SurfaceGraph, positions: &[Vec3], normals: &[Vec3
 impl PackedGraph {
     /// Writes a graph into the shared buffers.
     pub(crate) fn new(graph: &SurfaceGraph, arena: &mut PatternArena) -> Result<Self, PatternError> {
-        let mut words: Vec<u32> = graph.triangles.iter().flatten().copied().collect();
+        let lists = [&graph.triangles, &graph.triangles_across];
+        let mut words: Vec<u32> = lists.into_iter().flatten().flatten().copied().collect();
         let mut levels: Vec<PackedLevel> = graph
             .levels
             .iter()
@@ -178,7 +179,8 @@ impl PatternRanges {
         Ok(base)
     }
 
-    fn take(&mut self, arena: &mut PatternArena, pool: Pool, len: u32) -> Result<u32, PatternError> {
+    /// A further range, which goes with the others.
+    pub(crate) fn take(&mut self, arena: &mut PatternArena, pool: Pool, len: u32) -> Result<u32, PatternError> {
         let range = arena.allocate(pool, len)?;
         self.ranges.push((pool, range.clone()));
         Ok(range.start)
@@ -210,7 +212,9 @@ impl PatternRanges {
         )?;
         let momentum = if local { waves * graph.vertices } else { 0 };
         self.field = self.take(arena, Pool::Wave, 2 * graph.vertices + nodes + momentum)?;
-        let mut edge_base = self.take(arena, Pool::Edges, edges)?;
+        // The passes of a posed surface lay down more here, before there are edge constants.
+        let laid_down = graph.levels[0].edges + 2 * graph.vertices + 1;
+        let mut edge_base = self.take(arena, Pool::Edges, edges.max(laid_down))?;
         let state_base = self.take(arena, Pool::Balance, STATE_WORDS + partials + nodes)?;
         if own_geometry {
             let len = graph.geometry.end - graph.geometry.start;

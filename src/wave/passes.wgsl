@@ -49,7 +49,8 @@ struct Step {
     epsilon: f32,
     // 1: a V-cycle: phasors stay as they are while children are joined to their parents.
     keep: u32,
-    pad_b: u32,
+    // Number of a step that is repeated.
+    round: u32,
     pad_c: u32,
 }
 

@@ -25,7 +25,8 @@ use std::num::NonZeroU64;
 /// The passes, compiled or being compiled.
 #[derive(Resource)]
 pub(super) struct Pipelines {
-    pub(super) layout: BindGroupLayoutDescriptor,
+    /// Of all passes, and of those that write positions and normals.
+    pub(super) layouts: [BindGroupLayoutDescriptor; 2],
     pub(super) ids: [CachedComputePipelineId; Pass::ALL.len()],
 }
 
@@ -72,21 +73,21 @@ pub(super) fn init_pipelines(
     let storage = || storage_buffer_sized(false, None);
     let read_only = || storage_buffer_read_only_sized(false, None);
     let step = uniform_buffer_sized(true, NonZeroU64::new(size_of::<StepUniform>() as u64));
-    let layout = BindGroupLayoutDescriptor::new(
-        "pattern_solver",
-        &BindGroupLayoutEntries::sequential(
-            ShaderStages::COMPUTE,
-            (
-                step,
-                read_only(),
-                read_only(),
-                read_only(),
-                storage(),
-                storage(),
-                storage(),
-            ),
-        ),
-    );
+    let layouts = [("pattern_solver", read_only()), ("pattern_pose", storage())].map(|(label, geometry)| {
+        let entries = (
+            step,
+            read_only(),
+            read_only(),
+            geometry,
+            storage(),
+            storage(),
+            storage(),
+        );
+        BindGroupLayoutDescriptor::new(
+            label,
+            &BindGroupLayoutEntries::sequential(ShaderStages::COMPUTE, entries),
+        )
+    });
     // The shaders import it by name.
     commands.insert_resource(PassLibraries([
         load_embedded_asset!(&*assets, "passes.wgsl"),
@@ -95,6 +96,7 @@ pub(super) fn init_pipelines(
         load_embedded_asset!(&*assets, "field/vortices.wgsl"),
         load_embedded_asset!(&*assets, "field/tensor.wgsl"),
         load_embedded_asset!(&*assets, "field/cross.wgsl"),
+        load_embedded_asset!(&*assets, "pose/deform.wgsl"),
     ]));
     let ids = Pass::ALL.map(|pass| {
         let shader = match pass {
@@ -116,21 +118,26 @@ pub(super) fn init_pipelines(
             | Pass::BranchesPartial
             | Pass::BranchesTotal
             | Pass::Report => load_embedded_asset!(&*assets, "measure.wgsl"),
+            Pass::PoseVertices | Pass::PoseNormals => load_embedded_asset!(&*assets, "pose/pose.wgsl"),
+            Pass::Limit => load_embedded_asset!(&*assets, "pose/limit.wgsl"),
+            Pass::Deviators | Pass::Transports | Pass::SmoothLines => {
+                load_embedded_asset!(&*assets, "pose/curvature.wgsl")
+            }
         };
         cache.queue_compute_pipeline(ComputePipelineDescriptor {
             label: Some(pass.entry_point().into()),
-            layout: vec![layout.clone()],
+            layout: vec![layouts[usize::from(pass.writes_geometry())].clone()],
             shader,
             entry_point: Some(pass.entry_point().into()),
             ..default()
         })
     });
-    commands.insert_resource(Pipelines { layout, ids });
+    commands.insert_resource(Pipelines { layouts, ids });
 }
 
 /// Keeps the shader libraries loaded.
 #[derive(Resource)]
-struct PassLibraries(#[expect(dead_code, reason = "holding the handles is its use")] [Handle<Shader>; 6]);
+struct PassLibraries(#[expect(dead_code, reason = "holding the handles is its use")] [Handle<Shader>; 7]);
 
 /// The first limit of the device that is below what the solver needs.
 fn missing_limit(device: &RenderDevice) -> Option<PatternError> {
@@ -172,7 +179,12 @@ pub(super) fn stage(pass: Pass) -> &'static str {
         | Pass::SmoothRestrict
         | Pass::SmoothStart
         | Pass::SmoothProlong
-        | Pass::SmoothSweep => "pattern_field",
+        | Pass::SmoothSweep
+        | Pass::Deviators
+        | Pass::Limit
+        | Pass::Transports
+        | Pass::SmoothLines => "pattern_field",
+        Pass::PoseVertices | Pass::PoseNormals => "pattern_pose",
         Pass::EdgeWeights => "pattern_edges",
         Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
             "pattern_hierarchy"

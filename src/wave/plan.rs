@@ -58,6 +58,10 @@ pub(crate) struct Sweeps {
 /// Which entities take part in what, this frame.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
+    /// The surface has moved.
+    pub(crate) posed: Vec<Member>,
+    /// Principal curvature is that of a posed surface, with so many steps of smoothing.
+    pub(crate) curved: Vec<(Member, u32)>,
     /// Fields are smoothed, with so many sweeps over the mesh.
     pub(crate) smooth: Vec<(Member, u32)>,
     /// Directions are evaluated.
@@ -80,7 +84,9 @@ pub(crate) struct Work {
 
 impl Work {
     pub(crate) fn is_empty(&self) -> bool {
-        self.smooth.is_empty()
+        self.posed.is_empty()
+            && self.curved.is_empty()
+            && self.smooth.is_empty()
             && self.directions.is_empty()
             && self.frequencies.is_empty()
             && self.changed.is_empty()
@@ -95,6 +101,8 @@ impl Work {
 pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mut Frame) {
     frame.copies.extend_from_slice(&work.copies);
     let mut planner = Planner { frame, settings, item };
+    planner.pose(&work.posed);
+    planner.curvature(&work.curved);
     planner.smooth(&work.smooth);
     planner.pass_over_vertices(Pass::Directions, &work.directions);
     planner.pass_over_vertices(Pass::Frequencies, &work.frequencies);
@@ -110,7 +118,7 @@ pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mu
     planner.report(&work.reported);
 }
 
-struct Planner<'a> {
+pub(super) struct Planner<'a> {
     frame: &'a mut Frame,
     settings: &'a SolverSettings,
     item: u32,
@@ -133,7 +141,7 @@ impl Planner<'_> {
     }
 
     /// Items over all nodes of a level, of the members that have it.
-    fn level_items(&mut self, members: &[Member], level: usize) -> Range<u32> {
+    pub(super) fn level_items(&mut self, members: &[Member], level: usize) -> Range<u32> {
         self.items(|planner| {
             for member in members.iter().filter(|member| level < member.levels()) {
                 planner.push_items(member.record, level, 0, member.nodes(level));
@@ -160,7 +168,7 @@ impl Planner<'_> {
             .collect()
     }
 
-    fn step(&mut self, pass: Pass, items: &Range<u32>, uniform: StepUniform) {
+    pub(super) fn step(&mut self, pass: Pass, items: &Range<u32>, uniform: StepUniform) {
         if !items.is_empty() {
             let uniform = StepUniform {
                 first_item: items.start,
@@ -172,7 +180,7 @@ impl Planner<'_> {
         }
     }
 
-    fn pass_over_vertices(&mut self, pass: Pass, members: &[Member]) {
+    pub(super) fn pass_over_vertices(&mut self, pass: Pass, members: &[Member]) {
         let items = self.level_items(members, 0);
         self.step(pass, &items, StepUniform::default());
     }
@@ -309,7 +317,7 @@ impl Planner<'_> {
     }
 
     /// One item (record, _, 0, partial sums) per member.
-    fn sums_of(&mut self, members: &[Member], len: impl Fn(&Member) -> u32) -> Range<u32> {
+    pub(super) fn sums_of(&mut self, members: &[Member], len: impl Fn(&Member) -> u32) -> Range<u32> {
         let size = self.item;
         self.items(|planner| {
             planner.frame.items.extend(

@@ -34,7 +34,8 @@ use std::num::NonZeroU64;
 #[derive(Resource, Default)]
 struct Prepared {
     work: Merged,
-    bind_group: Option<BindGroup>,
+    /// One for each of the pipelines' layouts.
+    bind_groups: Option<[BindGroup; 2]>,
     /// The bytes of the copies between steps, and the shared buffers that get them.
     staging: Option<(Buffer, [Buffer; Pool::ALL.len()])>,
 }
@@ -58,6 +59,10 @@ pub(crate) fn build(app: &mut App) {
     embedded_asset!(app, "field/smooth.wgsl");
     embedded_asset!(app, "field/directions.wgsl");
     embedded_asset!(app, "field/frequencies.wgsl");
+    embedded_asset!(app, "pose/deform.wgsl");
+    embedded_asset!(app, "pose/pose.wgsl");
+    embedded_asset!(app, "pose/limit.wgsl");
+    embedded_asset!(app, "pose/curvature.wgsl");
     embedded_asset!(app, "edges.wgsl");
     embedded_asset!(app, "hierarchy.wgsl");
     embedded_asset!(app, "sweep.wgsl");
@@ -160,19 +165,22 @@ fn prepare(
         offset: 0,
         size: NonZeroU64::new(size_of::<StepUniform>() as u64),
     };
-    prepared.bind_group = Some(device.create_bind_group(
-        "pattern_solver",
-        &cache.get_bind_group_layout(&pipelines.layout),
-        &BindGroupEntries::sequential((
-            step,
-            work.as_entire_buffer_binding(),
-            gpu[Pool::Surface as usize].as_entire_buffer_binding(),
-            gpu[Pool::Geometry as usize].as_entire_buffer_binding(),
-            gpu[Pool::Wave as usize].as_entire_buffer_binding(),
-            gpu[Pool::Edges as usize].as_entire_buffer_binding(),
-            gpu[Pool::Balance as usize].as_entire_buffer_binding(),
-        )),
-    ));
+    let bind_group = |layout| {
+        device.create_bind_group(
+            "pattern_solver",
+            &cache.get_bind_group_layout(layout),
+            &BindGroupEntries::sequential((
+                step.clone(),
+                work.as_entire_buffer_binding(),
+                gpu[Pool::Surface as usize].as_entire_buffer_binding(),
+                gpu[Pool::Geometry as usize].as_entire_buffer_binding(),
+                gpu[Pool::Wave as usize].as_entire_buffer_binding(),
+                gpu[Pool::Edges as usize].as_entire_buffer_binding(),
+                gpu[Pool::Balance as usize].as_entire_buffer_binding(),
+            )),
+        )
+    };
+    prepared.bind_groups = Some(pipelines.layouts.each_ref().map(bind_group));
     prepared.staging = staging.map(|staging| (staging, gpu));
 }
 
@@ -205,7 +213,7 @@ fn solve(
         ..
     } = &prepared.work;
     counters.set(steps.len() as u32, *sweeps, *pattern_sweeps);
-    let (Some(pipelines), Some(bind_group)) = (pipelines, &prepared.bind_group) else {
+    let (Some(pipelines), Some(bind_groups)) = (pipelines, &prepared.bind_groups) else {
         return;
     };
     let diagnostics = context.diagnostic_recorder();
@@ -253,6 +261,7 @@ fn solve(
             };
             let (x, y) = step.workgroups();
             pass.set_pipeline(pipeline);
+            let bind_group = &bind_groups[usize::from(step.pass.writes_geometry())];
             pass.set_bind_group(0, bind_group, &[n as u32 * stride]);
             pass.dispatch_workgroups(x, y, 1);
         }

@@ -1,6 +1,7 @@
 //! What users can read of a pattern, and the events it sends.
 
-use crate::error::PatternError;
+use super::waves::Coupling;
+use crate::{error::PatternError, field::Symmetry};
 use bevy::prelude::*;
 
 /// How far a pattern has come. Set by the plugin on every entity with a
@@ -45,7 +46,26 @@ pub struct RestartPattern {
     pub entity: Entity,
 }
 
-/// What of an entity's style means nothing on a line field; the material sets it, and such a pattern fails with
-/// [`PatternError::NeedsVectorSymmetry`]. Materials of your own may set it as well.
-#[derive(Component, Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NeedsVector(pub &'static str);
+/// What an entity's style asks of its pattern, each with the name of the setting that asks for it; the material sets it, and
+/// a pattern that lacks it fails. Materials of your own may set it as well.
+#[derive(Component, Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct StyleNeeds {
+    /// A field where d and -d differ, or [`PatternError::NeedsVectorSymmetry`].
+    pub vector: Option<&'static str>,
+    /// Two waves, or [`PatternError::NeedsTwoWaves`].
+    pub two_waves: Option<&'static str>,
+}
+
+impl StyleNeeds {
+    pub(crate) fn check(self, coupling: Coupling) -> Result<(), PatternError> {
+        match self {
+            Self {
+                two_waves: Some(what), ..
+            } if coupling.waves.count() < 2 => Err(PatternError::NeedsTwoWaves(what)),
+            Self { vector: Some(what), .. } if coupling.symmetry == Symmetry::Line => {
+                Err(PatternError::NeedsVectorSymmetry(what))
+            }
+            _ => Ok(()),
+        }
+    }
+}

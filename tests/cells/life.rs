@@ -2,8 +2,8 @@
 
 use super::*;
 use bevy_field_patterns::{
-    cells::{CellMemory, SampleValues, layout::CELL_BUFFER, planar_mesh},
-    prelude::{DirectionField, PatternError},
+    cells::{CellMemory, SampleValues, layout::CELL_BUFFER},
+    prelude::PatternError,
     surface::PatternMesh,
 };
 use sets::triangulated;
@@ -44,6 +44,7 @@ fn entities_own_what_they_show() {
     let before = used(stage);
     sets_are_shown_shared_and_replaced(stage);
     mistakes_are_told(stage);
+    changes_wait_for_their_mesh(stage);
     removal_restores(stage);
     assert_eq!(used(stage), before, "all memory is given back");
     many_entities_grow_the_buffers(stage);
@@ -183,6 +184,43 @@ fn mistakes_are_told(stage: &mut Stage) {
     stage.clear([tagged]);
 }
 
+/// What changes while nothing can be drawn is seen later, and no mesh shows the cells of another one.
+fn changes_wait_for_their_mesh(stage: &mut Stage) {
+    let (one, mesh) = on_square(60, FIELDS[0].1, 24);
+    let mut two = sets::planar(60, FIELDS[1].1, 200, 2, 99);
+    sets::seed(&mut two, &mesh.positions, &mesh.triangles);
+    let (three, coarse) = on_square(60, FIELDS[1].1, 12);
+    let (mesh, coarse) = (stage.add(to_bevy_mesh(&mesh)), stage.add(to_bevy_mesh(&coarse)));
+    let material = stage.add(labels());
+    let parts = (MeshMaterial3d(material), one.clone());
+    let entity = stage.app.world_mut().spawn(parts).id();
+    settle(stage);
+    assert_eq!(state(stage, entity), CellState::Failed(PatternError::NoMesh));
+    stage.app.world_mut().entity_mut(entity).insert(Mesh3d(mesh));
+    assert!(shows(&stage.picture(square_on(24)), &one), "a mesh that comes later");
+
+    stage.app.world_mut().entity_mut(entity).insert(MeshTag(5));
+    settle(stage);
+    stage.app.world_mut().entity_mut(entity).insert(two.clone());
+    settle(stage);
+    stage.app.world_mut().entity_mut(entity).remove::<MeshTag>();
+    assert!(shows(&stage.picture(square_on(24)), &two), "a set of bad times");
+
+    // Another mesh, which is being sampled.
+    let swap = (Mesh3d(coarse), SamplingState::Sampling(0.5));
+    stage.app.world_mut().entity_mut(entity).insert(swap);
+    for _ in 0..30 {
+        stage.app.update();
+        assert_eq!(state(stage, entity), CellState::Preparing);
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    assert!(stage.picture(square_on(24)).contrast() < 1e-3, "the base meanwhile");
+    let sampled = (three.clone(), SamplingState::Ready);
+    stage.app.world_mut().entity_mut(entity).insert(sampled);
+    assert!(shows(&stage.picture(square_on(24)), &three), "the other mesh's own");
+    stage.clear([entity]);
+}
+
 /// Without samples, or without the material, the entity is as it was.
 fn removal_restores(stage: &mut Stage) {
     let (set, mesh) = on_square(60, FIELDS[0].1, 24);
@@ -274,7 +312,7 @@ fn planar_sets_have_meshes(stage: &mut Stage) {
         cells: labels().extension,
         ..default()
     });
-    let parts = (Mesh2d::default(), MeshMaterial2d(material), set.clone());
+    let parts = (MeshMaterial2d(material), set.clone());
     let entity = stage.app.world_mut().spawn(parts).id();
     settle(stage);
     let picture = picture_2d(stage, 64);

@@ -5,7 +5,6 @@ use bevy::{
     core_pipeline::prepass::{DeferredPrepass, DepthPrepass, MotionVectorPrepass, NormalPrepass},
     image::ImageSampler,
     material::OpaqueRendererMethod,
-    mesh::morph::{MeshMorphWeights, MorphAttributes},
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_field_patterns::cells::{SampleValues, planar_uvs};
@@ -17,7 +16,6 @@ fn cells_look_as_they_should() {
     borders_are_as_wide_as_asked(stage);
     far_cells_are_their_mean(stage);
     every_pass_draws(stage);
-    cells_stay_on_morphed_meshes(stage);
 }
 
 fn unlit(extension: Cells) -> CellMaterial {
@@ -208,52 +206,6 @@ fn every_pass_draws(stage: &mut Stage) {
         stage.clear([entity]);
     }
     stage.clear([sun]);
-}
-
-/// A morph target moves the mesh; its cells move along, and are those of the mesh at rest.
-fn cells_stay_on_morphed_meshes(stage: &mut Stage) {
-    let (set, raw) = on_square(60, FIELDS[1].1, 24);
-    let mut mesh = to_bevy_mesh(&raw);
-    let target = MorphAttributes {
-        position: Vec3::new(0.5, 0.0, 0.0),
-        ..default()
-    };
-    mesh.set_morph_targets(vec![target; raw.positions.len()]);
-    let mesh = stage.add(mesh);
-    let extension = Cells {
-        debug: CellDebug::Label,
-        ..default()
-    };
-    let material = stage.add(unlit(extension));
-    let mut drawn = |weight: f32, name: &str| {
-        let weights = MeshMorphWeights::Value { weights: vec![weight] };
-        let parts = (
-            Mesh3d(mesh.clone()),
-            MeshMaterial3d(material.clone()),
-            set.clone(),
-            weights,
-        );
-        // Bevy takes weights over with the mesh, from entities that a camera sees.
-        let (camera, target) = stage.camera(square_on(64));
-        let entity = stage.app.world_mut().spawn(parts).id();
-        settle(stage);
-        stage.settle();
-        let picture = stage.read(&target);
-        picture.save(name);
-        stage.clear([entity, camera]);
-        picture
-    };
-    let (rest, moved) = (drawn(0.0, "at rest"), drawn(1.0, "morphed"));
-    let mut same = 0;
-    for y in 0..64 {
-        for x in 0..48 {
-            same += usize::from(rest.at(x, y) == moved.at(x + 16, y));
-        }
-    }
-    assert!(rest.contrast() > 0.01);
-    assert!(same as f32 > 0.98 * (64.0 * 48.0), "{same} of {}", 64 * 48);
-    let still = rest.pixels.iter().zip(&moved.pixels).filter(|(a, b)| a == b).count();
-    assert!(still < 64 * 32, "the mesh has moved");
 }
 
 /// An atlas of two tiles: rings, and a stroke along u.

@@ -6,16 +6,25 @@
 mod common;
 mod life;
 mod looks;
+mod posed;
 mod probe;
 mod sets;
 #[path = "../material/stage.rs"]
 mod stage;
 
-use bevy::{mesh::MeshTag, prelude::*};
+use bevy::{math::DVec2, mesh::MeshTag, prelude::*};
 use bevy_field_patterns::{
-    cells::{CellArena, CellPlugin, CellState, border, label},
+    cells::{CellArena, CellPlugin, CellState, border, label, planar_mesh},
+    field::DirectionField,
     material::*,
-    sampling::SampleSet,
+    sampling::{
+        Density, Metric, Progress, SampleSet, SamplingState,
+        metric::planar_ellipse,
+        planar::{PlanarDomain, PlanarSampling, sample_plane},
+        surface::{SurfaceSampling, sample_surface},
+        surface_metric,
+    },
+    surface::SurfaceGraph,
 };
 use common::{
     mesh_file::{self, to_bevy_mesh},
@@ -126,6 +135,7 @@ fn picture_2d(stage: &mut Stage, width: u32) -> Picture {
 
 /// What a fragment saw.
 struct Seen {
+    pixel: UVec2,
     label: usize,
     evaluations: f32,
     triangle: usize,
@@ -136,14 +146,18 @@ struct Seen {
 
 /// What all fragments of an entity saw; the number of those without a cell.
 fn probed(stage: &mut Stage, mesh: &Handle<Mesh>, set: &SampleSet, lens: Lens) -> (Vec<Seen>, usize) {
-    let pictures = [probe::LABEL, probe::POSITION, probe::DEPTH, probe::NORMAL].map(|mode| {
+    seen_by(|mode| {
         let material = stage.add(Probe::new(mode));
         let entity = spawn(stage, mesh, set, &material);
         let picture = stage.picture(lens);
         stage.clear([entity]);
         picture
-    });
-    let [labels, positions, depths, normals] = pictures;
+    })
+}
+
+/// The same from pictures with a [`Probe`] of each mode.
+fn seen_by(draw: impl FnMut(u32) -> Picture) -> (Vec<Seen>, usize) {
+    let [labels, positions, depths, normals] = [probe::LABEL, probe::POSITION, probe::DEPTH, probe::NORMAL].map(draw);
     let unlabelled = labels.pixels.iter().filter(|p| p.x == -2.0).count();
     let seen = (0..labels.pixels.len())
         .filter(|&k| labels.pixels[k].w == 0.5)
@@ -155,6 +169,7 @@ fn probed(stage: &mut Stage, mesh: &Handle<Mesh>, set: &SampleSet, lens: Lens) -
                 normals.pixels[k],
             );
             Seen {
+                pixel: UVec2::new((k % labels.width) as u32, (k / labels.width) as u32),
                 label: l.x as usize,
                 evaluations: l.y,
                 triangle: l.z as usize + 2048 * n.x as usize,
@@ -185,6 +200,74 @@ fn labels_are_those_of_brute_force() {
     let (set, mesh) = on_torus(400, 5);
     let mesh = stage.add(to_bevy_mesh(&mesh));
     compare(&mut stage, "torus", &mesh, &set, torus_view(320, 240), 2e-3);
+
+    // And of the crate's own sets.
+    let set = sampled_plane(FIELDS[2].1);
+    let mesh = stage.add(planar_mesh(&set));
+    compare(&mut stage, "sampled vortex 10", &mesh, &set, square_on(256), 5e-4);
+    let (set, mesh) = sampled_torus();
+    let mesh = stage.add(to_bevy_mesh(&mesh));
+    compare(&mut stage, "sampled torus", &mesh, &set, torus_view(320, 240), 2e-3);
+}
+
+/// The square as the planar sampler samples it.
+fn sampled_plane(field: sets::Field) -> SampleSet {
+    let domain = PlanarDomain::Rectangle {
+        min: DVec2::NEG_ONE,
+        max: DVec2::ONE,
+    };
+    let metric = |p: DVec2| {
+        let (long, ratio) = field(p.as_vec2());
+        let root = f64::from(ratio).sqrt();
+        planar_ellipse(f64::from(long.to_angle()), root, 1.0 / root)
+    };
+    let options = PlanarSampling {
+        density: Density::Count(1500),
+        ..default()
+    };
+    let samples = sample_plane(&domain, &metric, &options, &Progress::default());
+    samples.expect("samples of the square").set()
+}
+
+/// A torus as the surface sampler samples it, with ellipses of 1 to 4.
+fn sampled_torus() -> (SampleSet, mesh_file::RawMesh) {
+    let mesh = shapes::torus(120, 60, 1.0, 0.45, 0.2, 3);
+    let graph = SurfaceGraph::from_triangles(&mesh.positions, &mesh.triangles, &default()).expect("a graph");
+    let metric = Metric::along(DirectionField::Axis(Dir3::X), 4.0);
+    let metric = surface_metric(&metric, &graph, &to_bevy_mesh(&mesh)).expect("a metric");
+    let options = SurfaceSampling {
+        density: Density::Count(1500),
+        ..default()
+    };
+    let samples = sample_surface(&graph, &metric, &options, &Progress::default());
+    (samples.expect("samples of the torus").set, mesh)
+}
+
+/// The look at wrong labels finds no more of them than there are, and finds those of a broken set.
+#[test]
+fn wrong_labels_are_shown() {
+    let mut stage = cell_stage();
+    let (set, mesh) = on_square(600, FIELDS[1].1, 12);
+    let mesh = stage.add(to_bevy_mesh(&mesh));
+    let material = stage.add(CellMaterial {
+        base: StandardMaterial::default(),
+        extension: Cells {
+            debug: CellDebug::Check,
+            ..default()
+        },
+    });
+    let mut wrong = |set: &SampleSet| {
+        let entity = spawn(&mut stage, &mesh, set, &material);
+        let picture = stage.picture(square_on(128));
+        stage.clear([entity]);
+        picture.pixels.iter().filter(|p| p.x > p.y).count() as f32 / picture.pixels.len() as f32
+    };
+    assert!(wrong(&set) <= 1e-3);
+    let mut alone = set;
+    alone.neighbors.clear();
+    alone.neighbor_offsets.fill(0);
+    let wrong = wrong(&alone);
+    assert!(wrong > 0.1, "only {wrong} wrong without neighbours");
 }
 
 fn compare(stage: &mut Stage, name: &str, mesh: &Handle<Mesh>, set: &SampleSet, lens: Lens, allowed: f64) {

@@ -117,7 +117,7 @@ pub fn on_square(count: usize, field: Field, cells: usize) -> (SampleSet, RawMes
 pub fn on_torus(count: usize, seed_of_random: u32) -> (SampleSet, RawMesh) {
     let (major, minor) = (1.0, 0.45);
     let mesh = shapes::torus(120, 60, major, minor, 0.2, 3);
-    let ring = |p: Vec3| p.with_z(0.0).normalize();
+    let ring = |p: Vec3| Vec3::new(p.x, p.y, 0.0).normalize();
     let normal = |p: Vec3| (p - major * ring(p)).normalize();
     let area = 4.0 * std::f32::consts::PI.powi(2) * major * minor;
     let size = (area / count as f32 / 12_f32.sqrt()).sqrt();

@@ -94,7 +94,7 @@ fn changes_are_followed_within_the_budget_by_everyone() {
     let entities = spawn(&mut app, 4);
     settle(&mut app);
     let mut served = 0;
-    for frame in 0..24 {
+    for frame in 1..=24 {
         // All change in every frame.
         for (n, &entity) in entities.iter().enumerate() {
             let frequency = Frequency::Uniform(3.0 + n as f32 + 0.01 * frame as f32);

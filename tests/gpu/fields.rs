@@ -58,8 +58,7 @@ fn share_off(a: &[Vec3], b: &[Vec3], graph: &SurfaceGraph, symmetry: u32) -> f32
             2 => cos.abs(),
             _ => cos.abs().max(sin.abs()),
         };
-        // Not >=, which would let NaN pass.
-        !(fits > 1.0_f32.to_radians().cos())
+        fits.is_nan() || fits < 1.0_f32.to_radians().cos()
     });
     off.count() as f32 / a.len() as f32
 }
@@ -219,6 +218,57 @@ fn tensors_give_eigenvectors_and_eigenvalues_as_the_twin_says() {
         settle(&mut app);
         let off = share_off(&wave(&app, entity).0, &medium, &graph, 2);
         assert!(off < 2e-3, "{off}");
+    }
+}
+
+/// An attribute that is written again in every frame is followed, and nothing is built anew or moved for it.
+#[test]
+fn attributes_are_followed_while_they_change() {
+    let raw = torus();
+    let mut app = app();
+    let vectors = |frame: f32| -> Vec<[f32; 3]> {
+        let turn = Quat::from_rotation_z(0.1 * frame);
+        raw.positions.iter().map(|p| (turn * *p + Vec3::Z).to_array()).collect()
+    };
+    let mut mesh = common::mesh_file::to_bevy_mesh(&raw);
+    mesh.insert_attribute(DIAGONAL, vectors(0.0));
+    let handle = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
+    let field = DirectionField::Attribute(DIAGONAL);
+    let spawned = (
+        Mesh3d(handle.clone()),
+        field.clone(),
+        Symmetry::Vector,
+        Frequency::Uniform(3.0),
+    );
+    let entity = app.world_mut().spawn(spawned).id();
+    let other = (
+        Mesh3d(handle.clone()),
+        DirectionField::default(),
+        Frequency::Uniform(3.0),
+    );
+    let other = app.world_mut().spawn(other).id();
+    settle(&mut app);
+    let of = |app: &App, entity| {
+        (
+            app.world().get::<PatternMesh>(entity).unwrap().clone(),
+            graph(app, entity),
+        )
+    };
+    let before = of(&app, entity);
+    for frame in 1..6 {
+        let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+        meshes
+            .get_mut(&handle)
+            .unwrap()
+            .insert_attribute(DIAGONAL, vectors(frame as f32));
+        // The frame that hears of it, and the one that follows it.
+        update(&mut app);
+        update(&mut app);
+        let mesh = app.world().resource::<Assets<Mesh>>().get(&handle).unwrap();
+        let twin = directions(&field, Symmetry::Vector, 0.0, &before.1, mesh).unwrap();
+        near(&app, entity, &twin, 1);
+        assert!(before == of(&app, entity));
+        assert_eq!(app.world().get::<PatternState>(other), Some(&PatternState::Converged));
     }
 }
 

@@ -1,11 +1,15 @@
 //! The stripe material and the shader library on a GPU (or Mesa's software one): one app, many small pictures.
 #![allow(unreachable_pub, reason = "modules of one test")]
 
+mod hatch;
 mod passes;
 mod patterns;
 mod probe;
+mod smooth;
 mod stage;
 mod styles;
+mod tensor;
+mod textures;
 
 use bevy::{mesh::MeshTag, prelude::*};
 use bevy_field_patterns::{
@@ -40,6 +44,9 @@ impl Scene {
     fn new() -> Self {
         let mut stage = Stage::new((
             StripeMaterialPlugin,
+            PatternTexturePlugin,
+            HatchMaterialPlugin,
+            TensorMaterialPlugin,
             MaterialPlugin::<Probe>::default(),
             PatternMaterialPlugin::<Probe>::default(),
         ));
@@ -74,6 +81,14 @@ impl Scene {
             vector,
             pairs,
         }
+    }
+}
+
+impl Scene {
+    /// Sends patterns that were added.
+    fn upload(&mut self) {
+        self.memory.upload(&mut self.stage.app);
+        self.stage.app.world_mut().resource_mut::<BufferGeneration>().0 += 1;
     }
 }
 
@@ -134,6 +149,70 @@ fn materials() {
     styles::debug_styles_draw(&mut scene);
     grown_buffers_are_seen(&mut scene);
     styles::gallery(&mut scene);
+}
+
+#[test]
+fn pattern_textures() {
+    let mut scene = Scene::new();
+    textures::styles_say_what_they_need();
+    textures::images_lie_on_the_waves(&mut scene);
+    textures::scalars_choose_looks(&mut scene);
+    textures::cells_show_one_tile(&mut scene);
+    textures::periods_have_no_seams(&mut scene);
+    textures::every_pass_draws(&mut scene);
+}
+
+fn attempt(name: &str, f: impl FnOnce()) {
+    println!(
+        "== {name}: {}",
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(f)).is_ok()
+    );
+}
+
+#[test]
+fn hatching() {
+    let mut scene = Scene::new();
+    attempt("hatch::darker_tones_keep_strokes", || {
+        hatch::darker_tones_keep_strokes(&mut scene)
+    });
+    attempt("hatch::ink_is_the_share_of_the_tone", || {
+        hatch::ink_is_the_share_of_the_tone(&mut scene)
+    });
+    attempt("hatch::zooming_keeps_strokes", || {
+        hatch::zooming_keeps_strokes(&mut scene)
+    });
+    attempt("hatch::quarter_turns_leave_no_seams", || {
+        hatch::quarter_turns_leave_no_seams(&mut scene)
+    });
+    attempt("hatch::stripes_of_two_waves", || {
+        hatch::stripes_of_two_waves(&mut scene)
+    });
+    attempt("hatch::line_fields_have_no_seams", || {
+        hatch::line_fields_have_no_seams(&mut scene)
+    });
+    attempt("hatch::tones_come_from_light_and_distance", || {
+        hatch::tones_come_from_light_and_distance(&mut scene)
+    });
+    attempt("hatch::tones_come_from_scalars", || {
+        hatch::tones_come_from_scalars(&mut scene)
+    });
+    attempt("hatch::outlines_are_of_constant_width", || {
+        hatch::outlines_are_of_constant_width(&mut scene)
+    });
+    attempt("hatch::depth_has_a_hue", || hatch::depth_has_a_hue(&mut scene));
+    attempt("hatch::every_pass_draws", || hatch::every_pass_draws(&mut scene));
+}
+
+#[test]
+fn tensors() {
+    let mut scene = Scene::new();
+    tensor::values_are_colours_and_widths(&mut scene);
+    tensor::turns_and_holes(&mut scene);
+}
+
+#[test]
+fn anti_aliasing() {
+    smooth::one_sample_is_the_mean_of_many(&mut Scene::new());
 }
 
 fn probe_picture(scene: &mut Scene, mode: u32, mesh: &Handle<Mesh>, tag: u32, lens: Lens) -> Picture {
@@ -378,8 +457,7 @@ fn grown_buffers_are_seen(scene: &mut Scene) {
     let lens = square_on(32);
     let before = scene.stage.picture(lens);
     let added = scene.memory.push(&Pattern::plane(2.0, 4, Vec3::Y, 3.0));
-    scene.memory.upload(&mut scene.stage.app);
-    scene.stage.app.world_mut().resource_mut::<BufferGeneration>().0 += 1;
+    scene.upload();
     scene.stage.app.world_mut().entity_mut(body).insert(MeshTag(added));
     let after = scene.stage.picture(lens);
     scene.stage.clear([body]);

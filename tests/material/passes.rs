@@ -8,6 +8,7 @@ use bevy::{
         morph::{MeshMorphWeights, MorphAttributes},
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
+    pbr::{ExtendedMaterial, MaterialExtension},
     prelude::*,
 };
 use bevy_field_patterns::material::*;
@@ -17,119 +18,26 @@ use crate::{Scene, black_on_white, square_on, stage::Lens, torus_view, unlit};
 /// Stripes are drawn, and alike, in every way Bevy can draw them.
 pub fn every_pass_draws(scene: &mut Scene) {
     let sun = scene.stage.sun(Vec3::new(1.0, 2.0, 3.0), true);
-    let lens = torus_view(96, 64);
-    let base = StandardMaterial {
-        base_color: Color::WHITE,
-        perceptual_roughness: 0.9,
+    let drive = StripeDrive {
+        bump: 0.02,
+        roughness: 0.1,
+        emissive: 0.1,
         ..default()
     };
-    let mesh = scene.torus_mesh.clone();
-    for (name, extension) in [
-        (
-            "colour",
-            Stripes {
-                color: LinearRgba::BLACK,
-                ..default()
-            },
-        ),
-        (
-            "bump",
-            Stripes {
-                drive: StripeDrive {
-                    bump: 0.02,
-                    roughness: 0.1,
-                    emissive: 0.1,
-                    ..default()
-                },
-                ..default()
-            },
-        ),
-        (
-            "cut-out",
-            Stripes {
-                cutout: true,
-                ..default()
-            },
-        ),
-    ] {
-        let forward = scene.stage.add(StripeMaterial {
-            base: base.clone(),
-            extension: extension.clone(),
-        });
-        let deferred_base = StandardMaterial {
-            opaque_render_method: OpaqueRendererMethod::Deferred,
-            ..base.clone()
-        };
-        let deferred = scene.stage.add(StripeMaterial {
-            base: deferred_base,
-            extension,
-        });
-        let body = scene.stage.body(&mesh, &forward, scene.line, Transform::IDENTITY);
-        let expected = scene.stage.picture(lens);
-        let mut seen = vec![];
-        let mut draw = |scene: &mut Scene, what: &str, lens: Lens, prepass: u32| {
-            let (camera, target) = scene.stage.camera(lens);
-            let mut camera = scene.stage.app.world_mut().entity_mut(camera);
-            if prepass > 0 {
-                camera.insert((DepthPrepass, MotionVectorPrepass));
-            }
-            if prepass == 1 {
-                camera.insert(NormalPrepass);
-            }
-            if prepass == 2 {
-                camera.insert(DeferredPrepass);
-            }
-            let camera = camera.id();
-            scene.stage.settle();
-            let picture = scene.stage.read(&target);
-            scene.stage.clear([camera]);
-            picture.save(&format!("{name} {what}"));
-            seen.push((what.to_owned(), picture));
-        };
-        draw(scene, "prepass", lens, 1);
-        draw(
-            scene,
-            "msaa",
-            Lens {
-                msaa: Msaa::Sample4,
-                ..lens
-            },
-            0,
-        );
-        draw(
-            scene,
-            "msaa prepass",
-            Lens {
-                msaa: Msaa::Sample4,
-                ..lens
-            },
-            1,
-        );
-        draw(scene, "ldr", Lens { hdr: false, ..lens }, 0);
-        scene
-            .stage
-            .app
-            .world_mut()
-            .entity_mut(body)
-            .insert(MeshMaterial3d(deferred.clone()));
-        draw(scene, "deferred", lens, 2);
-        scene.stage.clear([body]);
-        assert!(expected.contrast() > 0.02, "{name}: nothing drawn");
-        for (what, picture) in seen {
-            let apart = picture
-                .luminance()
-                .iter()
-                .zip(expected.luminance())
-                .map(|(a, b)| (a - b).abs())
-                .sum::<f32>()
-                / picture.pixels.len() as f32;
-            assert!(
-                apart < 0.25 * expected.mean().y,
-                "{name}, {what}: {apart} of {}",
-                expected.mean().y
-            );
-        }
+    let black = Stripes {
+        color: LinearRgba::BLACK,
+        ..default()
+    };
+    let bump = Stripes { drive, ..default() };
+    let cutout = Stripes {
+        cutout: true,
+        ..default()
+    };
+    for (name, stripes) in [("colour", black), ("bump", bump), ("cut-out", cutout)] {
+        alike_in_every_pass(scene, name, scene.line, stripes, torus_view(96, 64));
     }
+    let mesh = scene.torus_mesh.clone();
+    let lens = torus_view(96, 64);
     // Two cameras in one frame.
     let material = scene.stage.add(unlit(black_on_white()));
     let body = scene.stage.body(&mesh, &material, scene.line, Transform::IDENTITY);
@@ -148,6 +56,93 @@ pub fn every_pass_draws(scene: &mut Scene) {
     assert!(one.contrast() > 0.1);
     assert_eq!(one.max_difference(&other), 0.0);
     scene.stage.clear([first, second, body, sun]);
+}
+
+/// Draws a style in every way and compares what is seen with the plain forward pass.
+pub fn alike_in_every_pass<S: MaterialExtension>(scene: &mut Scene, name: &str, tag: u32, extension: S, lens: Lens) {
+    let base = StandardMaterial {
+        base_color: Color::WHITE,
+        perceptual_roughness: 0.9,
+        ..default()
+    };
+    let mesh = scene.torus_mesh.clone();
+    let forward = scene.stage.add(ExtendedMaterial {
+        base: base.clone(),
+        extension: extension.clone(),
+    });
+    let deferred_base = StandardMaterial {
+        opaque_render_method: OpaqueRendererMethod::Deferred,
+        ..base.clone()
+    };
+    let deferred = scene.stage.add(ExtendedMaterial {
+        base: deferred_base,
+        extension,
+    });
+    let body = scene.stage.body(&mesh, &forward, tag, Transform::IDENTITY);
+    let expected = scene.stage.picture(lens);
+    let mut seen = vec![];
+    let mut draw = |scene: &mut Scene, what: &str, lens: Lens, prepass: u32| {
+        let (camera, target) = scene.stage.camera(lens);
+        let mut camera = scene.stage.app.world_mut().entity_mut(camera);
+        if prepass > 0 {
+            camera.insert((DepthPrepass, MotionVectorPrepass));
+        }
+        if prepass == 1 {
+            camera.insert(NormalPrepass);
+        }
+        if prepass == 2 {
+            camera.insert(DeferredPrepass);
+        }
+        let camera = camera.id();
+        scene.stage.settle();
+        let picture = scene.stage.read(&target);
+        scene.stage.clear([camera]);
+        picture.save(&format!("{name} {what}"));
+        seen.push((what.to_owned(), picture));
+    };
+    draw(scene, "prepass", lens, 1);
+    draw(
+        scene,
+        "msaa",
+        Lens {
+            msaa: Msaa::Sample4,
+            ..lens
+        },
+        0,
+    );
+    draw(
+        scene,
+        "msaa prepass",
+        Lens {
+            msaa: Msaa::Sample4,
+            ..lens
+        },
+        1,
+    );
+    draw(scene, "ldr", Lens { hdr: false, ..lens }, 0);
+    scene
+        .stage
+        .app
+        .world_mut()
+        .entity_mut(body)
+        .insert(MeshMaterial3d(deferred.clone()));
+    draw(scene, "deferred", lens, 2);
+    scene.stage.clear([body]);
+    assert!(expected.contrast() > 0.02, "{name}: nothing drawn");
+    for (what, picture) in seen {
+        let apart = picture
+            .luminance()
+            .iter()
+            .zip(expected.luminance())
+            .map(|(a, b)| (a - b).abs())
+            .sum::<f32>()
+            / picture.pixels.len() as f32;
+        assert!(
+            apart < 0.25 * expected.mean().y,
+            "{name}, {what}: {apart} of {}",
+            expected.mean().y
+        );
+    }
 }
 
 /// A skin that leaves the mesh in its place, a morph target that moves it: stripes stay on the surface.

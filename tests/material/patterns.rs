@@ -3,6 +3,7 @@
 use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*, render::storage::ShaderBuffer};
 use bevy_field_patterns::{
     field::Symmetry,
+    surface::NO_TRIANGLE,
     wave::{
         Waves,
         kite::{cmul, edge_phase, phasor, reversed},
@@ -10,7 +11,7 @@ use bevy_field_patterns::{
         shade::PatternMemory,
     },
 };
-use std::f32::consts::TAU;
+use std::f32::consts::{PI, TAU};
 
 const RECORD_WORDS: usize = size_of::<PatternRecord>() / 4;
 
@@ -26,6 +27,8 @@ pub struct Pattern {
     pub symmetry: Symmetry,
     /// Two waves are there: those of vertex v are `z[2 v]` and `z[2 v + 1]`.
     pub pair: Option<Waves>,
+    /// Two scalars per vertex, or nothing.
+    pub scalars: Vec<Vec2>,
 }
 
 impl Pattern {
@@ -55,7 +58,58 @@ impl Pattern {
             triangles,
             symmetry: Symmetry::Vector,
             pair: None,
+            scalars: vec![],
         }
+    }
+
+    /// A square of side 2 bent to a part of a cylinder of radius 1 about the y axis, with `cells` squared jittered cells and
+    /// two exact waves along `angle` and across it, of `frequency` and `ratio` times that. In the bent square's own
+    /// coordinates, `flat`, phases are 0 at the origin; the first scalar is `scalar` there.
+    pub fn bent(cells: u32, angle: f32, frequency: f32, ratio: f32, scalar: impl Fn(Vec2) -> f32) -> (Self, Vec<Vec2>) {
+        let mut pattern = Self::plane(2.0, cells, Vec3::X, frequency);
+        let mut seed = 7_u32;
+        let mut random = move || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) as f32 / (1 << 24) as f32 - 0.5
+        };
+        let inside = |x: f32| x.abs() < 0.999;
+        let jitter = 1.0 / cells as f32;
+        let flat: Vec<Vec2> = pattern
+            .positions
+            .iter()
+            .map(|p| {
+                let moved = jitter * Vec2::new(random(), random());
+                p.truncate() + Vec2::new(f32::from(inside(p.x)), f32::from(inside(p.y))) * moved
+            })
+            .collect();
+        let along = Vec2::from_angle(angle);
+        pattern.positions = flat.iter().map(|p| Vec3::new(p.x.sin(), p.y, p.x.cos())).collect();
+        pattern.normals = flat.iter().map(|p| Vec3::new(p.x.sin(), 0.0, p.x.cos())).collect();
+        let tangent = |p: &Vec2| Vec3::new(along.x * p.x.cos(), along.y, -along.x * p.x.sin());
+        pattern.directions = flat.iter().map(tangent).collect();
+        let phases = |p: &Vec2| [along.dot(*p), ratio * along.perp().dot(*p)].map(|x| phasor(frequency * x));
+        pattern.z = flat.iter().flat_map(phases).collect();
+        pattern.pair = Some(Waves::Orthogonal { ratio });
+        pattern.scalars = flat.iter().map(|&p| Vec2::new(scalar(p), 0.0)).collect();
+        (pattern, flat)
+    }
+
+    /// The triangle across each edge, by comparing all with all that share a vertex.
+    fn triangles_across(&self) -> Vec<[u32; 3]> {
+        let mut edges = std::collections::HashMap::<[u32; 2], Vec<u32>>::new();
+        let ends = |t: &[u32; 3], c: usize| {
+            let (a, b) = (t[c], t[(c + 1) % 3]);
+            [a.min(b), a.max(b)]
+        };
+        for (k, t) in (0..).zip(&self.triangles) {
+            (0..3).for_each(|c| edges.entry(ends(t, c)).or_default().push(k));
+        }
+        let across = |k: u32, t: &[u32; 3], c: usize| match edges[&ends(t, c)][..] {
+            [a, b] => a + b - k,
+            _ => NO_TRIANGLE,
+        };
+        let all = (0..).zip(&self.triangles);
+        all.map(|(k, t)| [0, 1, 2].map(|c| across(k, t, c))).collect()
     }
 
     /// Adds a second wave along n × d, of any phases; on a cross field the frames are turned by any quarter turns.
@@ -95,6 +149,7 @@ impl Pattern {
             z: vec![],
             symmetry,
             pair: None,
+            scalars: vec![],
         };
         for i in 0..rings {
             for j in 0..sides {
@@ -119,6 +174,47 @@ impl Pattern {
         }
         pattern.relax(30);
         pattern
+    }
+
+    /// A ball of radius 1, of rings from pole to pole, with the field of an axis; its phases are exact.
+    pub fn ball(rings: u32, axis: Vec3, frequency: f32) -> Self {
+        let sides = 2 * rings;
+        let mut ball = Self {
+            positions: vec![],
+            triangles: vec![],
+            ..Self::plane(1.0, 1, axis, frequency)
+        };
+        for i in 0..=rings {
+            for j in 0..sides {
+                let (u, v) = (i as f32 / rings as f32 * PI, j as f32 / sides as f32 * TAU);
+                ball.positions
+                    .push(Vec3::new(u.sin() * v.cos(), u.cos(), u.sin() * v.sin()));
+            }
+        }
+        for (i, j) in (0..rings).flat_map(|i| (0..sides).map(move |j| (i, j))) {
+            let at = |i: u32, j: u32| i * sides + j % sides;
+            let quad = [at(i, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)];
+            ball.triangles.push([quad[0], quad[1], quad[2]]);
+            ball.triangles.push([quad[2], quad[1], quad[3]]);
+        }
+        ball.triangles.retain(|t| {
+            let [a, b, c] = t.map(|v| ball.positions[v as usize]);
+            (b - a).cross(c - a).length() > 1e-8
+        });
+        ball.normals = ball.positions.clone();
+        ball.directions = ball
+            .normals
+            .iter()
+            .map(|n| axis.reject_from(*n).normalize_or(Vec3::X))
+            .collect();
+        ball.frequencies = vec![frequency; ball.positions.len()];
+        // Along a meridian the axis's coordinate is the sine of the latitude, and the length is the latitude.
+        ball.z = ball
+            .positions
+            .iter()
+            .map(|p| phasor(frequency * p.dot(axis).clamp(-1.0, 1.0).asin()))
+            .collect();
+        ball
     }
 
     /// Sweeps of block descent: every phasor becomes the mean of what its neighbours predict.
@@ -180,7 +276,7 @@ impl Memory {
         let count = pattern.positions.len() as u32;
         let tag = self.surface.len() as u32;
         let triangle_base = tag + RECORD_WORDS as u32;
-        let class_base = triangle_base + 3 * pattern.triangles.len() as u32;
+        let class_base = triangle_base + 6 * pattern.triangles.len() as u32;
         let vector = if pattern.symmetry == Symmetry::Vector {
             FLAG_VECTOR
         } else {
@@ -203,10 +299,15 @@ impl Memory {
             phasor_base: self.wave.len() as u32 + 2 * count,
             class_base,
             colors: 3,
+            scalar_base: match pattern.scalars.len() {
+                0 => 0,
+                _ => (self.wave.len() + pattern.z.len()) as u32 + 2 * count,
+            },
             ..default()
         };
         self.surface.extend_from_slice(bytemuck::cast_slice(&[record]));
         self.surface.extend(pattern.triangles.iter().flatten());
+        self.surface.extend(pattern.triangles_across().iter().flatten());
         self.surface.extend([0, count / 3, 2 * count / 3, count]);
         for v in 0..pattern.positions.len() {
             self.geometry
@@ -215,6 +316,7 @@ impl Memory {
             self.wave.extend([d.truncate(), Vec2::new(d.z, pattern.frequencies[v])]);
         }
         self.wave.extend(&pattern.z);
+        self.wave.extend(&pattern.scalars);
         tag
     }
 

@@ -20,7 +20,9 @@ use bevy::{
 };
 use glam_matrix_extras::{SymmetricDMat2, SymmetricDMat3, SymmetricMat3};
 
-/// How scalars become ellipses.
+/// How scalars become ellipses. Below, those of an image of rings around its lower left corner.
+///
+#[doc = include_str!("../../../docs/images/metric_scalars.svg")]
 #[derive(Reflect, Debug, Clone, Copy, PartialEq)]
 #[reflect(Default, Clone, PartialEq)]
 pub struct Structure {

@@ -65,7 +65,9 @@ fn cross_term(u: DVec3, v: DVec3) -> SymmetricDMat3 {
 ///
 /// The modulus of an eigenvalue is clamped to [`range`](Self::range), carried linearly to
 /// [`lengths`](Self::lengths), and the shorter axis is lengthened where the ratio exceeds
-/// [`max_ratio`](Self::max_ratio).
+/// [`max_ratio`](Self::max_ratio). Below, the stress under a load at the middle of the upper side.
+///
+#[doc = include_str!("../../../docs/images/metric_tensors.svg")]
 #[derive(Reflect, Debug, Clone, Copy, PartialEq)]
 #[reflect(Default, Clone, PartialEq)]
 pub struct EigenvalueMapping {

@@ -40,7 +40,10 @@ impl MetricVolume {
         })
     }
 
-    /// The metric of a scalar volume, such as a 3D image: samples are long along its level sets.
+    /// The metric of a scalar volume, such as a 3D image: samples are long along its level sets. Below, on a slice through
+    /// spherical shells.
+    ///
+    #[doc = include_str!("../../../docs/images/metric_volume.svg")]
     ///
     /// # Errors
     /// As [`new`](Self::new); [`NotFinite`](PatternError::NotFinite) of a scalar.

@@ -3,7 +3,10 @@
 //! In: a rectangle, or a polygon with holes. Out: its [`Ground`]: a constrained Delaunay triangulation of its corners, and
 //! its border as loops of corners, the domain to their left.
 
-use super::metric::{ScaledMetric, det, dot};
+use super::{
+    boundary::Rail,
+    metric::{ScaledMetric, det, dot},
+};
 use crate::error::PatternError;
 use bevy::{
     math::{DVec2, UVec2},
@@ -192,8 +195,8 @@ impl Ground {
         self.loops.push(first as u32..self.points.len() as u32);
     }
 
-    /// First and last corner of each rail.
-    fn rails(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+    /// The first and the last corner of each rail, as indices.
+    fn sides(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
         self.loops.iter().flat_map(|corners| {
             corners
                 .clone()
@@ -202,8 +205,19 @@ impl Ground {
     }
 
     /// First and last point of each rail.
-    pub(super) fn rail_ends(&self) -> Vec<[DVec2; 2]> {
-        self.rails().map(|ends| ends.map(|v| self.points[v as usize])).collect()
+    pub(super) fn rails(&self) -> Vec<Rail> {
+        let rail = |corners: &Range<u32>, i: u32| {
+            let count = corners.end - corners.start;
+            let at = |k: u32| self.points[(corners.start + (i + k) % count) as usize];
+            Rail {
+                before: at(count - 1),
+                start: at(0),
+                end: at(1),
+                after: at(2),
+            }
+        };
+        let of_loop = |corners: &Range<u32>| (0..corners.len() as u32).map(|i| rail(corners, i)).collect::<Vec<_>>();
+        self.loops.iter().flat_map(of_loop).collect()
     }
 
     fn constrained_delaunay(&self, min: DVec2, extent: f64) -> Result<Cdt, PatternError> {
@@ -222,7 +236,7 @@ impl Ground {
         if cdt.num_vertices() != self.points.len() {
             return Err(CROSSING);
         }
-        for [a, b] in self.rails().map(|ends| ends.map(|v| handles[v as usize])) {
+        for [a, b] in self.sides().map(|ends| ends.map(|v| handles[v as usize])) {
             if !cdt.can_add_constraint(a, b) {
                 return Err(CROSSING);
             }

@@ -10,6 +10,7 @@
 //! | insert where the fill rate is least | 6 | `insertion` |
 //! | flip edges by the summed metric | 2 | `flips` |
 //! | move to the centroids of the cells | 7 | `relaxation` |
+//! | put what is crowded where holes are | - | `holes` |
 //! | take away what is crowded | - | `removal` |
 //!
 //! All on one thread: a set of a few thousand samples takes some ten milliseconds.
@@ -18,6 +19,7 @@ mod boundary;
 mod domain;
 mod few;
 mod flips;
+mod holes;
 mod insertion;
 mod metric;
 mod options;

@@ -4,8 +4,9 @@
 //! All samples move at once from the same state, so that their order does not matter.
 
 use super::{
-    boundary::on_rail,
+    boundary::Rail,
     metric::{ScaledMetric, det, dot},
+    sampler::HEX_DISTANCE,
     triangulation::{Place, Triangulation, next, previous},
 };
 use crate::error::PatternError;
@@ -15,7 +16,8 @@ use glam_matrix_extras::SymmetricDMat2;
 /// How a sample's cell is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Relaxation {
-    /// The dual cell of the triangles' metric circumcentres, put together from kites.
+    /// The dual cell of the triangles' metric circumcentres, put together from kites. After some steps crowded samples are
+    /// put where holes are, and at last the largest holes are closed.
     #[default]
     Kite,
     /// The star of triangles around the sample, as in the paper (Eq. 7, with `M(q_j) q_j` for `M(q_j) p_i`). It comes to a
@@ -72,7 +74,7 @@ impl Relaxer {
     pub(super) fn step(
         &mut self,
         mesh: &mut Triangulation,
-        rails: &[[DVec2; 2]],
+        rails: &[Rail],
         metric: &ScaledMetric,
         relaxation: Relaxation,
     ) -> Result<f64, PatternError> {
@@ -83,7 +85,20 @@ impl Relaxer {
             Relaxation::Star => self.add_stars(mesh),
         }
         self.add_border(mesh, rails);
+        self.remember(mesh);
         let rms = self.apply(mesh, rails);
+        self.settle(mesh, metric)?;
+        Ok(rms)
+    }
+
+    /// Keeps the positions before a move.
+    pub(super) fn remember(&mut self, mesh: &Triangulation) {
+        self.before.clear();
+        self.before.extend(mesh.vertices.iter().map(|vertex| vertex.p));
+    }
+
+    /// After a move: no triangle is turned over, metrics are up to date, and no edge is violated.
+    pub(super) fn settle(&self, mesh: &mut Triangulation, metric: &ScaledMetric) -> Result<(), PatternError> {
         self.undo_inversions(mesh);
         for (index, vertex) in mesh.vertices.iter_mut().enumerate() {
             if vertex.p != self.before[index] {
@@ -91,7 +106,7 @@ impl Relaxer {
             }
         }
         mesh.flip_violated();
-        Ok(rms)
+        Ok(())
     }
 
     /// The cells of the circumcentre dual. Corner k of a triangle owns the kite between its half edges and the
@@ -136,7 +151,7 @@ impl Relaxer {
 
     /// The cells of border samples: their two halves of border edges. In one dimension M is μ², and the length of an
     /// edge weighs by μ³.
-    fn add_border(&mut self, mesh: &Triangulation, rails: &[[DVec2; 2]]) {
+    fn add_border(&mut self, mesh: &Triangulation, rails: &[Rail]) {
         for (place, moments) in mesh.places.iter().zip(&mut self.moments) {
             if *place != Place::Free {
                 *moments = Moments::ZERO;
@@ -150,32 +165,32 @@ impl Relaxer {
             if length == 0.0 {
                 continue;
             }
-            let mu = (dot(&(a.m + b.m), edge, edge) * 0.5).sqrt() / length;
-            let weight = length * mu * mu * mu;
+            let m = (a.m + b.m) * 0.5;
+            let mu = dot(&m, edge, edge).sqrt() / length;
             for (v, offset) in ends.into_iter().zip([0.5 * edge, -0.5 * edge]) {
                 if let Place::Rail(r) = mesh.places[v as usize] {
-                    let [start, end] = rails[r as usize];
-                    // As a part of the rail's length.
-                    let rail = end - start;
+                    let rail = &rails[r as usize];
+                    let mu = mu * rail.density([a.p, b.p], &m, HEX_DISTANCE);
+                    // Two distances are in balance where they are as the roots of their weights.
+                    let weight = length * mu * mu * mu / rail.first([a.p, b.p], &m).powi(2);
                     let moments = &mut self.moments[v as usize];
                     moments.mass.m00 += weight;
-                    moments.moment.x += weight * offset.dot(rail) / rail.length_squared();
+                    // As a part of the rail's length.
+                    moments.moment.x += weight * rail.part(rail.start + offset);
                 }
             }
         }
     }
 
     /// Moves all samples, none further than [`STEP`].
-    fn apply(&mut self, mesh: &mut Triangulation, rails: &[[DVec2; 2]]) -> f64 {
-        self.before.clear();
-        self.before.extend(mesh.vertices.iter().map(|vertex| vertex.p));
+    fn apply(&self, mesh: &mut Triangulation, rails: &[Rail]) -> f64 {
         let (mut sum, mut moving) = (0.0, 0);
         for ((vertex, place), moments) in mesh.vertices.iter_mut().zip(&mesh.places).zip(&self.moments) {
             let shift = match *place {
                 Place::Corner => continue,
                 Place::Rail(r) if moments.mass.m00 > 0.0 => {
-                    let [start, end] = rails[r as usize];
-                    (end - start) * (moments.moment.x / moments.mass.m00)
+                    let rail = &rails[r as usize];
+                    (rail.end - rail.start) * (moments.moment.x / moments.mass.m00)
                 }
                 Place::Rail(_) => DVec2::ZERO,
                 Place::Free => moments.shift(),
@@ -193,12 +208,8 @@ impl Relaxer {
             sum += squared.min(STEP * STEP);
             vertex.p = match *place {
                 Place::Rail(r) => {
-                    let [start, end] = rails[r as usize];
-                    let rail = end - start;
-                    on_rail(
-                        [start, end],
-                        (vertex.p + within * shift - start).dot(rail) / rail.length_squared(),
-                    )
+                    let rail = &rails[r as usize];
+                    rail.point(rail.part(vertex.p + within * shift))
                 }
                 _ => vertex.p + within * shift,
             };
@@ -234,7 +245,7 @@ impl Relaxer {
 /// The barycentric weights of the metric circumcentre, and twice the metric area of the triangle. The centre of an obtuse
 /// triangle is kept at a bounded distance. Nothing for a triangle without an area.
 #[inline]
-fn circumcentre(p: [DVec2; 3], m: &SymmetricDMat2) -> Option<([f64; 3], f64)> {
+pub(super) fn circumcentre(p: [DVec2; 3], m: &SymmetricDMat2) -> Option<([f64; 3], f64)> {
     let (e, g) = (p[1] - p[0], p[2] - p[0]);
     let (ee, eg, gg) = (dot(m, e, e), dot(m, e, g), dot(m, g, g));
     let gram = ee * gg - eg * eg;

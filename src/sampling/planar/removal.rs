@@ -163,15 +163,15 @@ impl Triangulation {
                 }
             }
         }
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
-        let mut gone = std::collections::HashSet::new();
+        pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut gone = vec![false; self.vertices.len()];
         let mut crowded = Vec::new();
         for (_, i, j) in pairs {
-            if gone.contains(&i) || gone.contains(&j) {
+            if gone[i as usize] || gone[j as usize] {
                 continue;
             }
             if let Some(v) = [j, i].into_iter().find(|&v| self.places[v as usize] == Place::Free) {
-                gone.insert(v);
+                gone[v as usize] = true;
                 crowded.push(v);
             }
         }

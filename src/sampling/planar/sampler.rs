@@ -1,8 +1,8 @@
 //! From a domain and a metric to samples: the steps in their order.
 
 use super::{
-    Insertion, PlanarDomain, PlanarMetric, PlanarSamples, PlanarSampling,
-    boundary::Lengths,
+    Insertion, PlanarDomain, PlanarMetric, PlanarSamples, PlanarSampling, Relaxation,
+    boundary::{Lengths, Rail},
     domain::Ground,
     few::few_samples,
     insertion::Inserter,
@@ -31,6 +31,9 @@ const LOOKUPS: f64 = 8192.0;
 const CROWDED: f64 = 0.5 * HEX_DISTANCE;
 /// How often that is tried.
 const CLEANUPS: u32 = 4;
+/// After these steps of relaxation holes are filled, where so many steps follow.
+const HOLE_STEPS: [u32; 3] = [2, 4, 6];
+const REST: u32 = 4;
 /// Vertices, above which they are reordered during insertion.
 const REORDER: usize = 8192;
 
@@ -116,8 +119,9 @@ impl<'a> Plan<'a> {
                 expected: "1..=16777216",
             });
         }
-        let lengths = Lengths::new(ground.rail_ends(), &metric)?;
-        let parts = border_parts(&lengths, count, largest.map_or(1.0, |_| area / HEX_AREA / count));
+        let cell = largest.map_or(1.0, |_| area / HEX_AREA / count);
+        let lengths = Lengths::new(ground.rails(), &metric, HEX_DISTANCE * cell.sqrt())?;
+        let parts = border_parts(&lengths, count, cell);
         let (min, max) = domain.bounds();
         Ok(Self {
             parts,
@@ -181,7 +185,7 @@ impl<'a> Plan<'a> {
             exact,
             mesh,
             inserter,
-            rails: self.ground.rail_ends(),
+            rails: self.ground.rails(),
             relaxer: Relaxer::default(),
         };
         sampler.rescale();
@@ -209,7 +213,7 @@ fn border_parts(lengths: &Lengths, count: f64, area: f64) -> Option<Vec<u32>> {
 pub(super) struct Sampler<'a> {
     pub(super) mesh: Triangulation,
     pub(super) inserter: Inserter<'a>,
-    pub(super) rails: Vec<[DVec2; 2]>,
+    pub(super) rails: Vec<Rail>,
     pub(super) relaxer: Relaxer,
     /// Whether the count rules, not the metric.
     pub(super) exact: bool,
@@ -233,16 +237,21 @@ impl Sampler<'_> {
     }
 
     /// All relaxation steps, or until the samples rest. Returns their number and the last move.
-    fn relax(&mut self, sampling: &PlanarSampling, progress: &Progress) -> Result<(u32, f64), PatternError> {
-        let mut rms = 0.0;
-        for step in 0..sampling.steps {
-            progress.report((step + 1) as f32 / (sampling.steps + 2) as f32)?;
+    pub(super) fn relax(&mut self, sampling: &PlanarSampling, progress: &Progress) -> Result<(u32, f64), PatternError> {
+        let mends = sampling.relaxation == Relaxation::Kite && sampling.steps > 0;
+        let (mut done, mut rms) = (0, f64::INFINITY);
+        while done < sampling.steps && rms >= f64::from(sampling.tolerance) {
+            done += 1;
+            progress.report(done as f32 / (sampling.steps + 2) as f32)?;
             rms = self.step(sampling)?;
-            if rms < f64::from(sampling.tolerance) {
-                return Ok((step + 1, rms));
+            if mends && HOLE_STEPS.contains(&done) && done + REST <= sampling.steps {
+                self.inserter.fill_holes(&mut self.mesh)?;
             }
         }
-        Ok((sampling.steps, rms))
+        if mends {
+            self.relaxer.close_holes(&mut self.mesh, &self.inserter.metric)?;
+        }
+        Ok((done, if done > 0 { rms } else { 0.0 }))
     }
 
     /// Puts samples that are crowded into the largest triangles, so that the count stays.

@@ -11,7 +11,7 @@
 
 use super::{
     PlanarDomain, PlanarMetric, PlanarSamples, PlanarSampling,
-    boundary::{insert_on_border, on_rail},
+    boundary::{Rail, insert_on_border},
     insertion::Inserter,
     metric::{ScaledMetric, dot},
     order::morton_order,
@@ -20,7 +20,7 @@ use super::{
     sampler::{HEX_AREA, HEX_DISTANCE, Plan, Sampler},
     triangulation::{Place, Triangulation, Vertex},
 };
-use crate::error::PatternError;
+use crate::{error::PatternError, sampling::Progress};
 use bevy::{math::DVec2, platform::time::Instant};
 
 /// Samples whose excess is summed up before it is acted on.
@@ -47,7 +47,7 @@ pub struct SliceReport {
 pub struct SliceSampler {
     sampling: PlanarSampling,
     mesh: Triangulation,
-    rails: Vec<[DVec2; 2]>,
+    rails: Vec<Rail>,
     relaxer: Relaxer,
     random: Random,
     scale: f64,
@@ -95,11 +95,7 @@ impl SliceSampler {
             });
         };
         let mut sampler = plan.insert(parts, sampling)?;
-        for _ in 0..sampling.steps {
-            if sampler.step(sampling)? < f64::from(sampling.tolerance) {
-                break;
-            }
-        }
+        sampler.relax(sampling, &Progress::default())?;
         sampler.clean_up()?;
         sampler.exact = true;
         sampler.rescale();
@@ -236,15 +232,14 @@ fn halve(
     mesh: &mut Triangulation,
     ends: [u32; 2],
     rail: u32,
-    rails: &[[DVec2; 2]],
+    rails: &[Rail],
     metric: &ScaledMetric,
 ) -> Result<(), PatternError> {
     let Some(side) = mesh.border(ends[0], ends[1]) else {
         return Ok(());
     };
-    let [a, b] = rails[rail as usize];
-    let middle = 0.5 * (mesh.vertex(ends[0]).p + mesh.vertex(ends[1]).p);
-    let p = on_rail([a, b], (middle - a).dot(b - a) / (b - a).length_squared());
+    let straight = &rails[rail as usize];
+    let p = straight.point(straight.part(mesh.vertex(ends[0]).p.midpoint(mesh.vertex(ends[1]).p)));
     let m = metric.at(p, mesh.vertices.len())?;
     insert_on_border(mesh, side, Vertex { p, m }, rail);
     Ok(())
@@ -252,23 +247,24 @@ fn halve(
 
 impl Changes {
     /// Border samples: along each rail the excess of border edges goes, its lack is filled.
-    fn on_border(&mut self, mesh: &Triangulation, rails: &[[DVec2; 2]]) {
+    fn on_border(&mut self, mesh: &Triangulation, rails: &[Rail]) {
         let mut edges: Vec<Vec<([u32; 2], f64)>> = vec![Vec::new(); rails.len()];
         let mut around = vec![0.0; mesh.vertices.len()];
         let mut on_border = 0.0;
         for side in mesh.borders() {
             let ends = mesh.ends(side);
             let [a, b] = ends.map(|v| mesh.vertex(v));
-            let length = (dot(&(a.m + b.m), b.p - a.p, b.p - a.p) * 0.5).sqrt();
-            edges[rail_of(mesh, ends, rails)].push((ends, length));
+            let (m, rail) = ((a.m + b.m) * 0.5, rail_of(mesh, ends, rails));
+            let (edge, length) = ([a.p, b.p], dot(&m, b.p - a.p, b.p - a.p).sqrt());
+            let length = length * rails[rail].density(edge, &m, HEX_DISTANCE) / rails[rail].first(edge, &m);
+            edges[rail].push((ends, length));
             ends.iter().for_each(|&v| around[v as usize] += length);
             on_border += 1.0;
         }
         let count = mesh.vertices.len() as f64;
         let spacing = HEX_DISTANCE * (count / (count - 0.5 * on_border)).sqrt();
         for (mut edges, rail) in edges.into_iter().zip(0..) {
-            let [start, end] = rails[rail as usize];
-            let along = |v: u32| (mesh.vertex(v).p - start).dot(end - start);
+            let along = |v: u32| rails[rail as usize].part(mesh.vertex(v).p);
             edges.sort_by(|a, b| along(a.0[0]).total_cmp(&along(b.0[0])));
             let mut excess = 0.0;
             for group in edges.chunks_mut(BORDER_NEIGHBORHOOD) {
@@ -367,7 +363,7 @@ impl Shares {
 }
 
 /// The rail that a border edge lies on.
-fn rail_of(mesh: &Triangulation, ends: [u32; 2], rails: &[[DVec2; 2]]) -> usize {
+fn rail_of(mesh: &Triangulation, ends: [u32; 2], rails: &[Rail]) -> usize {
     for v in ends {
         if let Place::Rail(r) = mesh.places[v as usize] {
             return r as usize;
@@ -375,5 +371,5 @@ fn rail_of(mesh: &Triangulation, ends: [u32; 2], rails: &[[DVec2; 2]]) -> usize 
     }
     // Between two corners: the rail that begins at the first.
     let start = mesh.vertex(ends[0]).p;
-    rails.iter().position(|rail| rail[0] == start).unwrap_or(0)
+    rails.iter().position(|rail| rail.start == start).unwrap_or(0)
 }

@@ -8,7 +8,7 @@
 //! | 1 | `domain` | checks the metric, scales it to the count |
 //! | 2 | `refine`, `mesh` | halves edges that are long in the metric |
 //! | 3 | `darts` | the first set: darts in the metric, on the mesh |
-//! | 4 | `labels`, `cells` | Lloyd's algorithm on the mesh's vertices and cut triangles |
+//! | 4 | `labels`, `cells`, `holes` | Lloyd's algorithm on the mesh's vertices and cut triangles |
 //! | 5 | `result` | positions on the given triangles, labels of their corners, neighbours |
 //!
 //! `warm` goes on from an earlier result in place of step 3, for what changes in time.
@@ -21,6 +21,7 @@ mod darts;
 mod domain;
 mod flips;
 mod form;
+mod holes;
 mod labels;
 mod mesh;
 mod nearest;
@@ -123,7 +124,11 @@ const SWEEPS: usize = 4;
 const LAST_SWEEPS: usize = usize::MAX;
 /// Steps on labels after those on a triangulation, whose flat triangles cut ridges.
 const POLISH: u32 = 16;
-/// Of these the last ones, which go no farther than the centroid.
+/// Steps on labels after which samples are put from where they are crowded into holes: the first of all steps, and of those
+/// after a triangulation.
+const FILLING: [u32; 2] = [2, 5];
+const FILLING_POLISH: [u32; 3] = [2, 6, 10];
+/// Of the steps after a triangulation the last ones, which go no farther than the centroid.
 const LAST: u32 = 2;
 
 /// Samples on the surface of a graph, even in the metric that is given for each vertex of the graph (in solver order).
@@ -179,6 +184,18 @@ struct Relaxed {
     steps: f32,
 }
 
+impl Relaxed {
+    fn fill_holes(&mut self) {
+        holes::fill(&self.mesh, &mut self.sites, &mut self.labels);
+    }
+
+    fn close_holes(mut self) -> Self {
+        labels::exchange(&self.mesh, &self.sites, &mut self.labels, LAST_SWEEPS);
+        holes::close(&self.mesh, &mut self.sites, &mut self.labels);
+        self
+    }
+}
+
 impl Job<'_> {
     /// The refined domain, and how often it was refined.
     fn domain(&self) -> Result<(Domain, Scale, u32), PatternError> {
@@ -196,16 +213,24 @@ impl Job<'_> {
     fn labels(&self, domain: &mut Domain, count: usize) -> Result<Relaxed, PatternError> {
         let (mesh, darts) = first_set(domain, count, self.options.seed, self.progress)?;
         let sites = darts.vertices.iter().map(|&v| Site::at_vertex(&mesh, v)).collect();
-        self.relax_labels(self.relaxed(mesh, sites, darts.labels), RELAXATION)
+        let relaxed = self.relax_labels(self.relaxed(mesh, sites, darts.labels), RELAXATION, true)?;
+        Ok(if self.options.steps > 0 {
+            relaxed.close_holes()
+        } else {
+            relaxed
+        })
     }
 
-    /// The steps on labels.
-    fn relax_labels(&self, mut relaxed: Relaxed, relaxation: f32) -> Result<Relaxed, PatternError> {
+    /// The steps on labels; whether samples may be put elsewhere.
+    fn relax_labels(&self, mut relaxed: Relaxed, relaxation: f32, fills: bool) -> Result<Relaxed, PatternError> {
         labels::exchange(&relaxed.mesh, &relaxed.sites, &mut relaxed.labels, LAST_SWEEPS);
         relaxed.initial = milliseconds(self.start);
         self.report(0.0)?;
         for step in 0..self.options.steps {
             label_step(&mut relaxed, relaxation);
+            if fills && FILLING.contains(&(step + 1)) {
+                relaxed.fill_holes();
+            }
             self.report_step(step)?;
         }
         relaxed.steps = milliseconds(self.start) - relaxed.initial;
@@ -223,9 +248,12 @@ impl Job<'_> {
         for step in 0..POLISH {
             let relaxation = if step < POLISH - LAST { RELAXATION } else { 1.0 };
             label_step(&mut relaxed, relaxation);
+            if FILLING_POLISH.contains(&(step + 1)) {
+                relaxed.fill_holes();
+            }
             self.progress.report(0.9 + 0.1 * step as f32 / POLISH as f32)?;
         }
-        Ok(relaxed)
+        Ok(relaxed.close_holes())
     }
 
     fn paper(&self, domain: &mut Domain, count: usize) -> Result<Relaxed, PatternError> {

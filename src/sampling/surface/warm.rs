@@ -70,7 +70,7 @@ pub fn relax_surface(
     sites.resize(scale.count, sites[0]);
     labels::rescue(&mesh, &mut sites, &mut labels);
     let relaxed: Relaxed = job.relaxed(mesh, sites, labels);
-    job.finish(job.relax_labels(relaxed, RELAXATION)?, scale, refined)
+    job.finish(job.relax_labels(relaxed, RELAXATION, false)?, scale, refined)
 }
 
 /// A set fits a graph with as many triangles.

@@ -2,12 +2,13 @@
 // `tangent.wgsl`. Its twins are the functions of `field/`.
 
 #import bevy_field_patterns::cross::{frame_at, root_of}
+#import bevy_field_patterns::deform::carrying_map
 #import bevy_field_patterns::layout::{
     FLAG_CROSS, FLAG_FOLLOW, FLAG_VECTOR, SOURCE_SCALARS, DIRECTION_VECTORS, DIRECTION_TANGENTS, DIRECTION_SNAPSHOTS,
-    DIRECTION_VORTICES, DIRECTION_TENSOR, DIRECTION_SMOOTH, DIRECTION_BUFFER,
+    DIRECTION_VORTICES, DIRECTION_TENSOR, DIRECTION_SMOOTH, DIRECTION_BUFFER, DIRECTION_CURVATURE,
 }
-#import bevy_field_patterns::parameters::{number, vector, parameters, carried, linear_map, BLEND, CHOICE}
-#import bevy_field_patterns::passes::{surface, geometry, wave, load_item, WORKGROUP}
+#import bevy_field_patterns::parameters::{number, vector, parameters, BLEND, CHOICE}
+#import bevy_field_patterns::passes::{surface, geometry, wave, edges, load_item, load_level, WORKGROUP}
 #import bevy_field_patterns::tangent::{
     any_tangent, project_tangent, unit_or_zero, turn_tangent, squared_line, line_of,
 }
@@ -35,8 +36,9 @@ fn store_direction(record: u32, i: u32, direction: vec3<f32>) {
 
 // Between the snapshots of even and of odd number.
 fn snapshot_direction(record: u32, base: u32, i: u32, n: vec3<f32>) -> vec3<f32> {
-    let a = carried(record, geometry[base + i].xyz);
-    let b = carried(record, geometry[base + surface[record] + i].xyz);
+    let map = carrying_map(record, i);
+    let a = map * geometry[base + i].xyz;
+    let b = map * geometry[base + surface[record] + i].xyz;
     let share = number(parameters(record) + BLEND);
     if (surface[record + 2u] & FLAG_VECTOR) != 0u {
         return project_tangent(unit_or_zero(mix(a, b, share)), n);
@@ -47,7 +49,7 @@ fn snapshot_direction(record: u32, base: u32, i: u32, n: vec3<f32>) -> vec3<f32>
 }
 
 fn tensor_direction(record: u32, base: u32, i: u32, n: vec3<f32>) -> vec3<f32> {
-    let t = carried_tensor(geometry[base + 2u * i].xyz, geometry[base + 2u * i + 1u].xyz, linear_map(record));
+    let t = carried_tensor(geometry[base + 2u * i].xyz, geometry[base + 2u * i + 1u].xyz, carrying_map(record, i));
     let e = eigen(t[0], t[1]);
     if (surface[record + 20u] & SOURCE_SCALARS) != 0u {
         wave[surface[record + 19u] + i] = e.values.xy;
@@ -73,13 +75,21 @@ fn smooth_direction(record: u32, i: u32, n: vec3<f32>) -> vec3<f32> {
     return d;
 }
 
+// Of a posed surface, whose lines lie where edge constants will be.
+fn curvature_direction(record: u32, i: u32, n: vec3<f32>) -> vec3<f32> {
+    let choice = surface[parameters(record) + CHOICE];
+    let lines = load_level(record, 0u).edge_base + select(0u, surface[record], (choice & 2u) != 0u);
+    let sign = select(1.0, -1.0, (choice & 1u) != 0u);
+    return line_of(sign * edges[lines + i], any_tangent(n), n);
+}
+
 fn direction(record: u32, i: u32) -> vec3<f32> {
     let vertex = surface[record + 5u] + 2u * i;
     let n = geometry[vertex + 1u].xyz;
     let base = surface[record + 21u];
     switch surface[record + 20u] & 255u {
         case DIRECTION_VECTORS: {
-            return project_tangent(unit_or_zero(carried(record, geometry[base + i].xyz)), n);
+            return project_tangent(unit_or_zero(carrying_map(record, i) * geometry[base + i].xyz), n);
         }
         case DIRECTION_TANGENTS: {
             return unit_or_zero(geometry[base + i].xyz);
@@ -99,7 +109,10 @@ fn direction(record: u32, i: u32) -> vec3<f32> {
         case DIRECTION_BUFFER: {
             // The vertex of the mesh that this one is.
             let id = bitcast<u32>(geometry[vertex + 1u].w);
-            return project_tangent(unit_or_zero(carried(record, geometry[base + id].xyz)), n);
+            return project_tangent(unit_or_zero(carrying_map(record, i) * geometry[base + id].xyz), n);
+        }
+        case DIRECTION_CURVATURE: {
+            return curvature_direction(record, i, n);
         }
         default: {
             return project_tangent(vector(record + 12u), n);

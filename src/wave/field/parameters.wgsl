@@ -30,12 +30,6 @@ fn parameters(record: u32) -> u32 {
     return surface[record + 23u];
 }
 
-// v in the pattern's space.
-fn carried(record: u32, v: vec3<f32>) -> vec3<f32> {
-    let at = parameters(record) + LINEAR;
-    return vector(at) * v.x + vector(at + 3u) * v.y + vector(at + 6u) * v.z;
-}
-
 fn linear_map(record: u32) -> mat3x3<f32> {
     let at = parameters(record) + LINEAR;
     return mat3x3(vector(at), vector(at + 3u), vector(at + 6u));

@@ -4,8 +4,9 @@
 // wave[smooth_base + 2 m] is u of node m, the next one what it is drawn to; m counts the nodes of all levels, finest first.
 
 #import bevy_field_patterns::cross::{Frame, frame_at, power_of, root_of, carried_power, compatible}
+#import bevy_field_patterns::deform::carrying_map
 #import bevy_field_patterns::layout::LevelRecord
-#import bevy_field_patterns::parameters::{carried, parameters, CHOICE}
+#import bevy_field_patterns::parameters::{parameters, CHOICE}
 #import bevy_field_patterns::passes::{surface, geometry, wave, load_item, load_level, normalize_or, WORKGROUP}
 
 // What constraints of the children count in their parent, whose edges stand for fewer than its children's.
@@ -42,7 +43,7 @@ fn smooth_constrain(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invo
     let level = load_level(item.x, 0u);
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
         let given = geometry[surface[item.x + 21u] + i];
-        let c = power_of(node_frame(item.x, 0u, i), carried(item.x, given.xyz), ring_of(item.x));
+        let c = power_of(node_frame(item.x, 0u, i), carrying_map(item.x, i) * given.xyz, ring_of(item.x));
         wave[place(item.x, level, i) + 1u] = given.w * c;
     }
 }

@@ -48,9 +48,12 @@ fn squared_line(v: vec3<f32>, x: vec3<f32>, n: vec3<f32>) -> vec2<f32> {
 
 // The tangent at half the angle of u in the frame (x, n x x); x where u is zero.
 fn line_of(u: vec2<f32>, x: vec3<f32>, n: vec3<f32>) -> vec3<f32> {
-    if u.x == 0.0 && u.y == 0.0 {
+    let r = length(u);
+    if !(r > 0.0) {
         return x;
     }
-    let half = 0.5 * atan2(u.y, u.x);
-    return normalize(x * cos(half) + cross(n, x) * sin(half));
+    let c = u / r;
+    // The direction of 1 + c, written so that nothing cancels.
+    let half = select(vec2(abs(c.y), select(1.0 - c.x, c.x - 1.0, c.y < 0.0)), vec2(1.0 + c.x, c.y), c.x > 0.0);
+    return normalize(x * half.x + cross(n, x) * half.y);
 }

@@ -3,6 +3,7 @@
 //! In: what each pattern would do, whether it is seen and how long it has waited. Out: who is served, and with how many
 //! sweeps. What is seen comes first, but whoever waits long enough comes before it, so that every pattern makes progress.
 
+use super::Pattern;
 use crate::wave::{
     frame::Frame,
     settings::{ColdStart, SolverSettings},
@@ -26,6 +27,13 @@ pub(super) struct Claim {
     pub(super) seen: bool,
     /// Frames since it was served.
     pub(super) waited: u32,
+}
+
+/// Remembers who is seen: in `PostUpdate` this is being found out anew.
+pub(crate) fn note_seen(mut patterns: Query<(&ViewVisibility, &mut Pattern)>) {
+    for (seen, mut pattern) in &mut patterns {
+        pattern.bypass_change_detection().seen = seen.get();
+    }
 }
 
 /// In the order in which they are served.

@@ -56,7 +56,7 @@ impl PackedGraphs {
 struct Packed {
     graph: Arc<PackedGraph>,
     topology: u32,
-    geometry: u32,
+    positions: u32,
 }
 
 /// The graph in the shared buffers, written when it is new or its positions have changed.
@@ -70,8 +70,8 @@ pub(super) fn pack(
     };
     match tools.packed.by_mesh.get_mut(&mesh) {
         Some(packed) if packed.topology == surface.topology => {
-            if packed.geometry != surface.geometry {
-                packed.geometry = surface.geometry;
+            if packed.positions != surface.positions {
+                packed.positions = surface.positions;
                 packed.graph.write_geometry(graph, &mut tools.arena);
             }
             Ok(packed.graph.clone())
@@ -82,7 +82,7 @@ pub(super) fn pack(
             let entry = Packed {
                 graph: packed.clone(),
                 topology: surface.topology,
-                geometry: surface.geometry,
+                positions: surface.positions,
             };
             tools.packed.by_mesh.insert(mesh, entry);
             Ok(packed)
@@ -90,12 +90,13 @@ pub(super) fn pack(
     }
 }
 
-/// Gives back the memory of graphs whose meshes are gone.
+/// Gives back the memory of graphs whose meshes are gone, and of rigs.
 pub(super) fn forget_unused(tools: &mut Tools) {
     for mesh in tools.cache.take_removed() {
         tools.packed.retire(mesh);
     }
     tools.packed.free_unused(&mut tools.arena);
+    tools.rigs.free_unused(&mut tools.arena);
 }
 
 /// Asks for the graphs of meshes that are new to their entities, in the frame in which their data are still there.

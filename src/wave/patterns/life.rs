@@ -6,6 +6,7 @@ use super::{
     creases::update_creases,
     graphs::pack,
     inputs::{self, update_inputs},
+    live::{Live, Rigged},
 };
 use crate::{
     error::PatternError,
@@ -15,6 +16,7 @@ use crate::{
         arena::{PatternArena, Pool},
         layout::FLAG_READY,
         pack::{Extent, PackedGraph, PatternRanges, RECORD_WORDS},
+        pose::{JOINT, MORPH_WEIGHT},
         settings::ColdStart,
         state::{PatternFailed, PatternState, RestartPattern},
         waves::{Coupling, Waves},
@@ -32,14 +34,18 @@ impl Pattern {
         graph: Arc<PackedGraph>,
         surface: &Surface,
         inputs: Inputs,
+        rigged: Option<Rigged>,
         tools: &mut Tools,
     ) -> Result<Self, PatternError> {
         let extent = Extent {
             waves: inputs.coupling.waves.count() as u32,
-            own_geometry: inputs.linear.is_some(),
+            own_geometry: inputs.linear.is_some() || rigged.is_some(),
             local: matches!(tools.settings.cold_start, ColdStart::Local(_)),
         };
-        let (ranges, record, levels) = PatternRanges::new(&graph, &mut tools.arena, extent)?;
+        let (mut ranges, mut record, levels) = PatternRanges::new(&graph, &mut tools.arena, extent)?;
+        let live = rigged.map(|rigged| Live::new(rigged, &graph, &mut ranges, &mut tools.arena));
+        let live = live.transpose().inspect_err(|_| ranges.free(&mut tools.arena))?;
+        record.pose_base = live.as_ref().map_or(0, Live::base);
         let pattern = Self {
             ranges,
             record,
@@ -47,11 +53,14 @@ impl Pattern {
             graph,
             topology: surface.topology,
             geometry: surface.geometry,
+            positions: surface.positions,
             inputs,
+            live,
             sources: default(),
             creases: Creases::default(),
             behind: false,
             waited: 0,
+            seen: false,
             phase: Phase::Waiting,
         };
         pattern.write_record(&mut tools.arena);
@@ -75,11 +84,14 @@ pub(super) fn update_pattern(
         (_, None) => item.field.default_symmetry(),
     };
     let coupling = Coupling { waves, symmetry };
-    if let (Some(style), Symmetry::Line) = (item.needs_vector, symmetry) {
-        return Err(PatternError::NeedsVectorSymmetry(style.0));
+    if let Some(needs) = item.needs {
+        needs.check(coupling)?;
     }
     // What a style refused starts anew once the style or the field allows it.
-    let refused = matches!(&*item.state, PatternState::Failed(PatternError::NeedsVectorSymmetry(_)));
+    let refused = matches!(
+        &*item.state,
+        PatternState::Failed(PatternError::NeedsVectorSymmetry(_) | PatternError::NeedsTwoWaves(_))
+    );
     let fresh = fresh || refused;
     let touched = item.mesh.is_changed()
         || item.field.is_changed()
@@ -90,13 +102,14 @@ pub(super) fn update_pattern(
         || item.crease.as_ref().is_some_and(|crease| crease.is_changed())
         || item.crease.is_none() && is_crease_error(&item.state)
         || item.space.as_ref().is_some_and(|space| space.is_changed())
+        || item.pose.as_ref().is_some_and(|pose| pose.is_changed())
         || item.scalars.as_ref().is_some_and(|scalars| scalars.is_changed())
         || item
             .pattern
             .as_ref()
             .is_some_and(|pattern| item.scalars.is_none() && pattern.sources.has_scalars())
         || inputs::look_around(item)
-        || matches!(&*item.state, PatternState::Failed(PatternError::MeshTagTaken));
+        || matches!(&*item.state, PatternState::Failed(error) if may_pass(error));
     let own_mesh = item.meshes.is_some_and(|meshes| meshes.drawn == item.mesh.0);
     if !own_mesh && let Some(pattern) = item.pattern.as_mut() {
         // The pattern belongs to the mesh that was there before.
@@ -133,6 +146,7 @@ pub(super) fn update_pattern(
     }
     let graph = pack(&surface, source.id(), tools)?;
     let in_world = item.space.as_ref().is_some_and(|space| **space == PatternSpace::World);
+    let rigged = Rigged::of(item, &surface, source.id(), in_world, tools)?;
     let linear = item
         .transform
         .filter(|_| in_world)
@@ -143,7 +157,12 @@ pub(super) fn update_pattern(
         linear,
     };
     let current = item.pattern.as_ref().is_some_and(|pattern| {
+        let same_memory = match (&pattern.live, &rigged) {
+            (Some(live), Some(rigged)) => live.fits(rigged),
+            (live, rigged) => live.is_none() && rigged.is_none(),
+        };
         pattern.topology == surface.topology
+            && same_memory
             && pattern.inputs.linear.is_some() == linear.is_some()
             && pattern.inputs.coupling.waves.count() == waves.count()
     });
@@ -161,10 +180,10 @@ pub(super) fn update_pattern(
         if taken {
             return Err(PatternError::MeshTagTaken);
         }
-        let mut pattern = Pattern::new(graph, &surface, inputs, tools)?;
+        let mut pattern = Pattern::new(graph, &surface, inputs, rigged.clone(), tools)?;
         // Bad input leaves a pattern that waits for a better one.
         let updated = update_creases(&mut pattern, item, &surface, tools)
-            .and_then(|_| update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, true));
+            .and_then(|_| update_inputs(&mut pattern, item, &surface, inputs, source.id(), rigged, tools, true));
         let tag = pattern.ranges.record;
         let meshes = PatternMesh {
             source: source.clone(),
@@ -193,7 +212,7 @@ pub(super) fn update_pattern(
         return Ok(Changed::Waiting);
     };
     let creased = update_creases(&mut pattern, item, &surface, tools);
-    let changed = update_inputs(&mut pattern, item, &surface, inputs, source.id(), tools, false);
+    let changed = update_inputs(&mut pattern, item, &surface, inputs, source.id(), rigged, tools, false);
     item.pattern = Some(pattern);
     match (changed?, creased?) {
         (Changed::Nothing, true) => Ok(Changed::Inputs),
@@ -204,6 +223,15 @@ pub(super) fn update_pattern(
 /// The entity has failed because of a [`CreasePhase`](crate::wave::CreasePhase), which may be gone since.
 fn is_crease_error(state: &PatternState) -> bool {
     matches!(state, PatternState::Failed(PatternError::OutOfRange { what, .. }) if what.starts_with("CreasePhase"))
+}
+
+/// What may be over without a change that is seen.
+fn may_pass(error: &PatternError) -> bool {
+    match error {
+        PatternError::MeshTagTaken => true,
+        PatternError::NotFinite { what, .. } => [JOINT, MORPH_WEIGHT].contains(what),
+        _ => false,
+    }
 }
 
 /// Says once why a pattern cannot be drawn, and draws the base material.

@@ -8,9 +8,10 @@ mod creases;
 mod graphs;
 mod inputs;
 mod life;
+mod live;
 mod schedule;
 
-pub(crate) use budget::Pace;
+pub(crate) use budget::{Pace, note_seen};
 pub(crate) use graphs::{PackedGraphs, request_surfaces, update_graphs};
 pub(crate) use inputs::{BufferWatch, watch_buffers};
 pub(crate) use life::{remove_pattern, restart};
@@ -22,8 +23,9 @@ use super::{
     layout::{FLAG_READY, LevelRecord, PatternRecord},
     pack::{PackedGraph, PatternRanges},
     plan::{Member, Sweeps, Work, plan},
+    pose::{PackedRigs, PatternPose, Skeletons},
     settings::{ColdStart, ValidSettings},
-    state::{NeedsVector, PatternReady, PatternState},
+    state::{PatternReady, PatternState, StyleNeeds},
     status::GpuStatus,
     waves::{Coupling, Waves},
 };
@@ -37,7 +39,7 @@ use bevy::{
     diagnostic::DiagnosticsStore,
     ecs::{query::QueryData, system::SystemParam},
     math::Mat3A,
-    mesh::MeshTag,
+    mesh::{MeshTag, morph::MeshMorphWeights, skinning::SkinnedMesh},
     prelude::*,
 };
 use budget::{Budget, in_turn};
@@ -45,6 +47,7 @@ use creases::Creases;
 use graphs::forget_unused;
 use inputs::{Sources, Surroundings};
 use life::{fail, release, update_pattern};
+use live::Live;
 use schedule::{claim, serve};
 use std::{mem::discriminant, sync::Arc};
 
@@ -62,7 +65,10 @@ pub struct Pattern {
     graph: Arc<PackedGraph>,
     topology: u32,
     geometry: u32,
+    positions: u32,
     inputs: Inputs,
+    /// The surface is posed on the GPU.
+    live: Option<Live>,
     sources: Sources,
     /// What the pins in the shared buffers were made from, where there are any.
     creases: Creases,
@@ -70,6 +76,8 @@ pub struct Pattern {
     behind: bool,
     /// Frames since it was served, while it has something to do.
     waited: u32,
+    /// A camera or a light's shadow saw it in the frame before.
+    seen: bool,
     phase: Phase,
 }
 
@@ -142,13 +150,15 @@ pub(crate) struct Patterned {
     turn: Option<Ref<'static, FieldTurn>>,
     crease: Option<Ref<'static, CreasePhase>>,
     space: Option<Ref<'static, PatternSpace>>,
+    pose: Option<Ref<'static, PatternPose>>,
+    skin: Option<&'static SkinnedMesh>,
+    morph: Option<&'static MeshMorphWeights>,
     time: Option<&'static FieldTime>,
     scalars: Option<Ref<'static, PatternScalars>>,
     transform: Option<&'static GlobalTransform>,
     tag: Option<&'static MeshTag>,
-    needs_vector: Option<&'static NeedsVector>,
+    needs: Option<&'static StyleNeeds>,
     meshes: Option<&'static PatternMesh>,
-    seen: Option<&'static ViewVisibility>,
     pattern: Option<&'static mut Pattern>,
     state: &'static mut PatternState,
 }
@@ -160,6 +170,8 @@ pub(crate) struct Tools<'w, 's> {
     arena: ResMut<'w, PatternArena>,
     cache: ResMut<'w, SurfaceCache>,
     packed: ResMut<'w, PackedGraphs>,
+    rigs: ResMut<'w, PackedRigs>,
+    skeletons: Skeletons<'w, 's>,
     graphs: Res<'w, Assets<SurfaceGraph>>,
     meshes: Res<'w, Assets<Mesh>>,
     settings: Res<'w, ValidSettings>,
@@ -189,6 +201,7 @@ pub(crate) fn update_patterns(
     *cold_start = Some(tools.settings.cold_start.clone());
     if lost {
         tools.packed.retire_all();
+        tools.rigs.retire_all();
     }
     let mut claims = Vec::new();
     for mut item in &mut patterns {

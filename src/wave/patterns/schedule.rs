@@ -20,10 +20,15 @@ impl Pattern {
     /// The GPU brings directions, frequencies and edge constants up to date.
     fn push_inputs(&mut self, work: &mut Work) {
         let due = self.sources.take_due();
+        if due.pose {
+            work.posed.push(self.member());
+        }
         work.copies.extend(due.direction_copy);
         work.copies.extend(due.frequency_copy);
         work.smooth.extend(due.smooth.map(|steps| (self.member(), steps)));
         if due.directions {
+            let steps = self.sources.curvature();
+            work.curved.extend(steps.map(|steps| (self.member(), steps)));
             work.directions.push(self.member());
         }
         if due.frequencies {
@@ -107,7 +112,7 @@ pub(super) fn claim(item: &mut PatternedItem, changed: Changed, status: &GpuStat
     let busy = pattern.behind || pattern.phase != Phase::Asleep;
     busy.then(|| Claim {
         entity: item.entity,
-        seen: item.seen.is_some_and(|seen| seen.get()),
+        seen: pattern.seen,
         waited: pattern.waited,
     })
 }

@@ -12,8 +12,8 @@ use crate::{
         arena::{PatternArena, Pool},
         frame::BufferCopy,
         layout::{
-            DIRECTION_AXIS, DIRECTION_BUFFER, DIRECTION_SMOOTH, DIRECTION_SNAPSHOTS, DIRECTION_TANGENTS,
-            DIRECTION_TENSOR, DIRECTION_VECTORS, DIRECTION_VORTICES,
+            DIRECTION_AXIS, DIRECTION_BUFFER, DIRECTION_CURVATURE, DIRECTION_SMOOTH, DIRECTION_SNAPSHOTS,
+            DIRECTION_TANGENTS, DIRECTION_TENSOR, DIRECTION_VECTORS, DIRECTION_VORTICES,
         },
     },
 };
@@ -21,6 +21,7 @@ use bevy::{
     prelude::*,
     tasks::{AsyncComputeTaskPool, block_on, poll_once},
 };
+use std::f32::consts::FRAC_PI_2;
 
 /// Whether the field may change without its component.
 pub(super) fn looks_around(field: &DirectionField) -> bool {
@@ -46,16 +47,28 @@ pub(super) fn update(
     }
     let change = stage.change;
     // The values of the mesh's vertices must be made anew.
-    let stale = change.all || change.mesh || item.field.is_changed();
+    let stale = change.all || change.attributes || item.field.is_changed();
+    // What follows from positions alone, too.
+    let reshaped = change.moved() || item.field.is_changed();
     let mut axis = Vec3::ZERO;
+    let mut turn = turn;
+    let mut curvature = None;
     let mut new = change.moved();
     let before = pattern.record.sources;
     parameters.directions.carry(linear);
     let kind = match &*item.field {
+        DirectionField::PrincipalCurvature { direction, smoothing } if stage.live => {
+            pattern.sources.task = None;
+            // Lines lie in one of two places after an even or an odd number of steps.
+            parameters.directions.choice = u32::from(*direction == Principal::Minor) | (smoothing % 2) << 1;
+            new |= stale;
+            curvature = Some(*smoothing);
+            DIRECTION_CURVATURE
+        }
         DirectionField::PrincipalCurvature { direction, smoothing } => {
             parameters.directions.carry(None);
             let start = || compute_curvature(*direction, *smoothing, stage);
-            let Some(vectors) = poll(pattern, DIRECTION_VECTORS, stale || change.linear, start)? else {
+            let Some(vectors) = poll(pattern, DIRECTION_VECTORS, reshaped, start)? else {
                 return Ok(keep(pattern, parameters));
             };
             if let Some(vectors) = vectors {
@@ -77,7 +90,7 @@ pub(super) fn update(
                         parameters.directions.carry(None);
                     }
                     let start = || compute_constraints(field, stage);
-                    let Some(constraints) = poll(pattern, DIRECTION_SMOOTH, stale || change.linear, start)? else {
+                    let Some(constraints) = poll(pattern, DIRECTION_SMOOTH, reshaped, start)? else {
                         return Ok(keep(pattern, parameters));
                     };
                     constraints
@@ -179,6 +192,23 @@ pub(super) fn update(
                     }
                     DIRECTION_BUFFER
                 }
+                // Contour lines are carried along by what deforms the surface, and a gradient is across them.
+                DirectionField::Gradient {
+                    attribute,
+                    quarter_turn,
+                } if stage.live => {
+                    turn -= if *quarter_turn { 0.0 } else { FRAC_PI_2 };
+                    let contours = DirectionField::Gradient {
+                        attribute: *attribute,
+                        quarter_turn: true,
+                    };
+                    if stale {
+                        let vectors = directions(&contours, symmetry, 0.0, stage.graph, stage.mesh()?)?;
+                        upload(pattern, &extended(vectors), arena)?;
+                        new = true;
+                    }
+                    DIRECTION_VECTORS
+                }
                 // A gradient is the world's; the others are vectors of the mesh, which are carried along.
                 DirectionField::Gradient { .. } => {
                     parameters.directions.carry(None);
@@ -197,7 +227,7 @@ pub(super) fn update(
                         upload(pattern, &extended(vectors), arena)?;
                         new = true;
                     }
-                    if matches!(field, DirectionField::Tangents(_)) && linear.is_none() {
+                    if matches!(field, DirectionField::Tangents(_)) && linear.is_none() && !stage.live {
                         DIRECTION_TANGENTS
                     } else {
                         DIRECTION_VECTORS
@@ -206,7 +236,8 @@ pub(super) fn update(
             }
         }
     };
-    if matches!(kind, DIRECTION_AXIS | DIRECTION_VORTICES) {
+    pattern.sources.curvature = curvature;
+    if matches!(kind, DIRECTION_AXIS | DIRECTION_VORTICES | DIRECTION_CURVATURE) {
         pattern.sources.vectors.free(arena);
     }
     if kind != DIRECTION_SMOOTH {
@@ -255,9 +286,10 @@ fn upload(pattern: &mut Pattern, vectors: &[Vec4], arena: &mut PatternArena) -> 
     Ok(())
 }
 
-/// The graph in the world, for patterns that live there.
+/// The graph in the world, for patterns that live there and are at rest.
 fn in_space(stage: &Stage) -> Option<SurfaceGraph> {
-    let (positions, normals) = in_world(stage.graph, stage.inputs.linear?);
+    let linear = stage.inputs.linear.filter(|_| !stage.live)?;
+    let (positions, normals) = in_world(stage.graph, linear);
     Some(SurfaceGraph {
         positions,
         normals,

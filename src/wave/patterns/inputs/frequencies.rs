@@ -38,7 +38,7 @@ pub(super) fn update(
     new_scalars: bool,
 ) -> Result<bool, PatternError> {
     let change = stage.change;
-    let stale = change.all || change.mesh || item.frequency.is_changed();
+    let stale = change.all || change.attributes || item.frequency.is_changed();
     let before = (pattern.record.sources, pattern.record.frequency);
     let mut new = change.all;
     let kind = match &*item.frequency {

@@ -17,7 +17,7 @@ mod surroundings;
 
 pub(crate) use surroundings::{BufferWatch, Surroundings, watch_buffers};
 
-use super::{Changed, Inputs, Pattern, PatternedItem, Phase, Tools};
+use super::{Changed, Inputs, Pattern, PatternedItem, Phase, Tools, live::Rigged};
 use crate::{
     error::PatternError,
     field::Symmetry,
@@ -59,6 +59,8 @@ pub(super) struct Sources {
     /// Which snapshots the two places for them hold.
     held: [Option<usize>; 2],
     screen: Option<screen::Follow>,
+    /// Directions are those of principal curvature of a posed surface, after so many steps of smoothing.
+    curvature: Option<u32>,
     /// A change was met before the buffer with the new values was there.
     missed: Missed,
     due: Due,
@@ -79,6 +81,8 @@ struct Missed {
 /// What the device has to do before the pattern is solved on.
 #[derive(Default)]
 pub(super) struct Due {
+    /// The surface is posed.
+    pub(super) pose: bool,
     /// The field is smoothed, with so many sweeps over the mesh.
     pub(super) smooth: Option<u32>,
     pub(super) directions: bool,
@@ -105,6 +109,11 @@ impl Sources {
         self.scalars_given
     }
 
+    /// Steps of smoothing of a posed surface's principal curvature, where directions are made of that.
+    pub(super) fn curvature(&self) -> Option<u32> {
+        self.curvature
+    }
+
     /// Something takes long.
     pub(super) fn is_computing(&self) -> bool {
         self.task.is_some()
@@ -123,6 +132,8 @@ struct Stage<'a> {
     inputs: Inputs,
     /// From the mesh to the world.
     placement: Affine3A,
+    /// The surface is posed on the GPU, which carries along what belongs to the mesh.
+    live: bool,
     change: Change,
 }
 
@@ -155,10 +166,14 @@ impl Stage<'_> {
 struct Change {
     /// Nothing of before counts.
     all: bool,
-    /// Positions or attributes of the mesh.
+    /// Positions of the mesh.
     mesh: bool,
-    /// Its place in the world.
+    /// Positions or attributes of the mesh.
+    attributes: bool,
+    /// Its place in the world, where the processor follows that.
     linear: bool,
+    /// Its pose, where the GPU does.
+    pose: bool,
     symmetry: bool,
     /// How many there are, or how they belong together.
     waves: bool,
@@ -170,7 +185,9 @@ impl Change {
     const NONE: Self = Self {
         all: false,
         mesh: false,
+        attributes: false,
         linear: false,
+        pose: false,
         symmetry: false,
         waves: false,
         turn: false,
@@ -179,7 +196,7 @@ impl Change {
 
     /// Positions or normals are others.
     fn moved(&self) -> bool {
-        self.all || self.mesh || self.linear
+        self.all || self.mesh || self.linear || self.pose
     }
 }
 
@@ -232,14 +249,21 @@ pub(super) fn update_inputs(
     surface: &Surface,
     inputs: Inputs,
     mesh: AssetId<Mesh>,
+    rigged: Option<Rigged>,
     tools: &mut Tools,
     fresh: bool,
 ) -> Result<Changed, PatternError> {
     let last = std::mem::replace(&mut pattern.inputs, inputs);
+    let reshaped = fresh || pattern.geometry != surface.geometry;
+    let graph = tools.graphs.get(&surface.graph);
+    let live = pattern.live.as_mut().zip(rigged);
+    let is_live = live.is_some();
     let change = Change {
         all: fresh || pattern.phase == Phase::Waiting && pattern.sources.task.is_none(),
-        mesh: pattern.geometry != surface.geometry,
-        linear: last.linear != inputs.linear,
+        mesh: pattern.positions != surface.positions,
+        attributes: pattern.geometry != surface.geometry,
+        linear: !is_live && last.linear != inputs.linear,
+        pose: live.is_some_and(|(live, rigged)| live.update(rigged, reshaped, graph, &mut tools.arena)),
         symmetry: last.coupling.symmetry != inputs.coupling.symmetry,
         waves: last.coupling.waves != inputs.coupling.waves,
         turn: last.turn != inputs.turn,
@@ -249,6 +273,8 @@ pub(super) fn update_inputs(
             .map_or(pattern.sources.scalars_given, |scalars| scalars.is_changed()),
     };
     pattern.geometry = surface.geometry;
+    pattern.positions = surface.positions;
+    pattern.sources.due.pose |= change.pose;
     let quiet = change == Change::NONE
         && pattern.sources.task.is_none()
         && !(item.field.is_changed() || item.frequency.is_changed())
@@ -256,7 +282,7 @@ pub(super) fn update_inputs(
     if quiet {
         return Ok(pattern.due());
     }
-    let Some(graph) = tools.graphs.get(&surface.graph) else {
+    let Some(graph) = graph else {
         return Ok(Changed::Waiting);
     };
     let stage = Stage {
@@ -264,12 +290,14 @@ pub(super) fn update_inputs(
         mesh: tools.meshes.get(mesh),
         inputs,
         placement: item.transform.map_or(Affine3A::IDENTITY, GlobalTransform::affine),
+        live: is_live,
         change,
     };
     let before = pattern.record;
     pattern.set_waves(inputs.coupling.waves);
     pattern.sources.due.directions |= change.waves;
     if change.moved()
+        && !is_live
         && let (Some(linear), Some(first)) = (inputs.linear, pattern.ranges.geometry)
     {
         let (positions, normals) = in_world(graph, linear);
@@ -304,7 +332,7 @@ impl Pattern {
     fn due(&self) -> Changed {
         if self.phase == Phase::Waiting {
             Changed::Waiting
-        } else if self.sources.due.directions || self.sources.due.frequencies {
+        } else if self.sources.due.pose || self.sources.due.directions || self.sources.due.frequencies {
             Changed::Inputs
         } else {
             Changed::Nothing

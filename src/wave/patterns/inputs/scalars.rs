@@ -23,7 +23,7 @@ pub(super) fn update(
     sources.scalars_given = item.scalars.is_some();
     if let Some(given) = &item.scalars {
         record.scalar_base = sources.scalars.fit(arena, Pool::Wave, len)?;
-        let stale = stage.change.all || stage.change.mesh || stage.change.scalars;
+        let stale = stage.change.all || stage.change.attributes || stage.change.scalars;
         if stale {
             arena.write(
                 Pool::Wave,

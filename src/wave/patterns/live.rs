@@ -1,0 +1,141 @@
+//! Patterns on surfaces that move.
+//!
+//! In: the pose of an entity. Out: its pose in the shared buffers whenever it has changed; all else is done on the GPU.
+
+use super::{PatternedItem, Tools};
+use crate::{
+    error::PatternError,
+    surface::{Surface, SurfaceGraph},
+    wave::{
+        arena::{PatternArena, Pool},
+        layout::PoseRecord,
+        pack::{PackedGraph, PatternRanges},
+        pose::{PackedRig, PatternPose, Pose},
+    },
+};
+use bevy::{math::Affine3A, prelude::*};
+use std::sync::Arc;
+
+const POSE_WORDS: u32 = (size_of::<PoseRecord>() / 4) as u32;
+
+/// What an entity needs to be posed.
+#[derive(Clone)]
+pub(super) struct Rigged {
+    rig: Arc<PackedRig>,
+    skinned: bool,
+    pose: Pose,
+}
+
+impl Rigged {
+    /// That of an entity with [`PatternPose::Live`].
+    pub(super) fn of(
+        item: &PatternedItem,
+        surface: &Surface,
+        mesh: AssetId<Mesh>,
+        in_world: bool,
+        tools: &mut Tools,
+    ) -> Result<Option<Self>, PatternError> {
+        if item.pose.as_ref().is_none_or(|pose| **pose == PatternPose::Rest) {
+            return Ok(None);
+        }
+        let graph = tools.graphs.get(&surface.graph).ok_or(PatternError::MeshDataTaken)?;
+        if graph.is_cloud() {
+            return Err(PatternError::LiveCloud);
+        }
+        let source = tools.meshes.get(mesh);
+        let rig = tools.rigs.pack(surface, mesh, source, graph, &mut tools.arena)?;
+        let skin = item.skin.filter(|skin| rig.skin_base != 0 && !skin.joints.is_empty());
+        let transform = item.transform.map_or(Affine3A::IDENTITY, GlobalTransform::affine);
+        let targets = rig.targets as usize;
+        let pose = tools.skeletons.pose(skin, item.morph, transform, in_world, targets)?;
+        Ok(Some(Self {
+            skinned: skin.is_some(),
+            rig,
+            pose,
+        }))
+    }
+}
+
+/// A pattern's surface as it moves.
+pub(super) struct Live {
+    rig: Arc<PackedRig>,
+    skinned: bool,
+    /// Word of the surface buffer where the pose lies.
+    base: u32,
+    /// As uploaded last.
+    pose: Pose,
+    /// Half the diagonal of the mesh.
+    size: f32,
+}
+
+impl Live {
+    /// Takes an entity's memory for its pose.
+    pub(super) fn new(
+        rigged: Rigged,
+        graph: &PackedGraph,
+        ranges: &mut PatternRanges,
+        arena: &mut PatternArena,
+    ) -> Result<Self, PatternError> {
+        let Rigged { rig, skinned, pose } = rigged;
+        let (joints, targets) = (pose.matrices.len() as u32, pose.weights.len() as u32);
+        let base = ranges.take(arena, Pool::Surface, POSE_WORDS + 12 * joints + targets)?;
+        let record = PoseRecord {
+            joints,
+            targets,
+            skin_base: if skinned { rig.skin_base } else { 0 },
+            target_base: rig.target_base,
+            rest_base: graph.geometry.start,
+            corner_offset_base: rig.corner_offset_base,
+            corner_base: rig.corner_base,
+            pad: 0,
+        };
+        arena.write(Pool::Surface, base, &[record]);
+        Ok(Self {
+            rig,
+            skinned,
+            base,
+            pose,
+            size: 0.0,
+        })
+    }
+
+    pub(super) fn base(&self) -> u32 {
+        self.base
+    }
+
+    /// Whether another pose fits into the same memory.
+    pub(super) fn fits(&self, rigged: &Rigged) -> bool {
+        Arc::ptr_eq(&self.rig, &rigged.rig)
+            && self.skinned == rigged.skinned
+            && self.pose.matrices.len() == rigged.pose.matrices.len()
+            && self.pose.weights.len() == rigged.pose.weights.len()
+    }
+
+    /// Uploads a pose if it is another one; whether it is. `reshaped`: the mesh at rest is another one.
+    pub(super) fn update(
+        &mut self,
+        rigged: Rigged,
+        reshaped: bool,
+        graph: Option<&SurfaceGraph>,
+        arena: &mut PatternArena,
+    ) -> bool {
+        if reshaped {
+            self.size = graph.map_or(0.0, |graph| half_diagonal(&graph.positions));
+        }
+        if !reshaped && self.pose.is_near(&rigged.pose, self.size) {
+            return false;
+        }
+        self.pose = rigged.pose;
+        arena.write(Pool::Surface, self.base + POSE_WORDS, &self.pose.words());
+        true
+    }
+}
+
+fn half_diagonal(positions: &[Vec3]) -> f32 {
+    let (low, high) = positions
+        .iter()
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| {
+            (low.min(p), high.max(p))
+        });
+    0.5 * (high - low).length()
+}

@@ -1,0 +1,126 @@
+//! One sample per pixel looks like the mean of many: hatching and a tensor's stripes against 36 unfiltered samples.
+
+use bevy::prelude::*;
+use bevy_field_patterns::material::*;
+
+use crate::{
+    Scene,
+    hatch::{hatch, over},
+    stage::{Lens, Picture},
+    tensor,
+};
+
+const WIDTH: u32 = 112;
+const HEIGHT: u32 = 80;
+/// Samples per pixel, along each side.
+const SAMPLES: u32 = 6;
+
+/// The mean of a larger picture's pixels.
+fn reduced(large: &Picture) -> Picture {
+    let samples = SAMPLES as usize;
+    let pixels = (0..WIDTH as usize * HEIGHT as usize).map(|k| {
+        let (x, y) = (k % WIDTH as usize * samples, k / WIDTH as usize * samples);
+        let sum: Vec4 = (0..samples * samples)
+            .map(|s| large.at(x + s % samples, y + s / samples))
+            .sum();
+        sum / (samples * samples) as f32
+    });
+    Picture {
+        width: WIDTH as usize,
+        pixels: pixels.collect(),
+    }
+}
+
+/// Pixels that are surface (the ground is blue), as are all pixels up to two away.
+fn inside(truth: &Picture) -> Vec<usize> {
+    let whole = |x: usize, y: usize| truth.at(x, y).w > 0.99;
+    (2..HEIGHT as usize - 2)
+        .flat_map(|y| (2..WIDTH as usize - 2).map(move |x| (x, y)))
+        .filter(|&(x, y)| (y - 2..=y + 2).all(|y| (x - 2..=x + 2).all(|x| whole(x, y))))
+        .map(|(x, y)| y * WIDTH as usize + x)
+        .collect()
+}
+
+/// What to draw with so many samples along a pixel's side, filtered or not.
+type Style<'a> = &'a dyn Fn(&mut Scene, f32, bool, Lens) -> Picture;
+
+fn check(scene: &mut Scene, name: &str, style: Style, allowed: f32) {
+    for (view, scale) in [("near", 0.6), ("middle", 1.2), ("far", 3.0)] {
+        let lens = |samples| Lens {
+            width: samples * WIDTH,
+            height: samples * HEIGHT,
+            from: Vec3::new(0.3, 2.3, 2.6) * scale,
+            to: if scale < 1.0 {
+                Vec3::new(0.4, 0.2, 0.9)
+            } else {
+                Vec3::ZERO
+            },
+            ..default()
+        };
+        scene.stage.app.insert_resource(ClearColor(Color::NONE));
+        let filtered = style(scene, 1.0, true, lens(1));
+        let unfiltered = style(scene, 1.0, false, lens(1));
+        let truth = reduced(&style(scene, SAMPLES as f32, false, lens(SAMPLES)));
+        scene.stage.app.insert_resource(ClearColor(Color::BLACK));
+        for (picture, kind) in [(&filtered, "filtered"), (&unfiltered, "unfiltered"), (&truth, "truth")] {
+            picture.save(&format!("smooth {name} {view} {kind}"));
+        }
+        let inside = inside(&truth);
+        let rms = |picture: &Picture| {
+            let squares = inside
+                .iter()
+                .map(|&k| (picture.pixels[k].y - truth.pixels[k].y).powi(2));
+            (squares.sum::<f32>() / inside.len() as f32).sqrt()
+        };
+        let (with, without) = (rms(&filtered), rms(&unfiltered));
+        println!(
+            "{name:16} {view:8} {with:.4} of white, unfiltered {without:.4}, {} pixels",
+            inside.len()
+        );
+        assert!(inside.len() > 80, "{name}, {view}: too few pixels");
+        assert!(
+            with < allowed && without > 2.0 * with,
+            "{name}, {view}: {with}, unfiltered {without}"
+        );
+    }
+}
+
+pub fn one_sample_is_the_mean_of_many(scene: &mut Scene) {
+    for (name, tag, share, spacing) in [
+        ("hatch", scene.line, 0.3, Some(8.0)),
+        ("hatch fine", scene.line, 0.4, Some(3.0)),
+        ("hatch period", scene.vector, 0.5, None),
+        ("hatch crossed", scene.pairs[0], 0.6, Some(8.0)),
+    ] {
+        let draw = |scene: &mut Scene, samples: f32, anti_aliasing, lens| {
+            let mut style = Hatch {
+                anti_aliasing,
+                ..hatch(HatchTone::Constant(share))
+            };
+            style.strokes.spacing =
+                spacing.map_or(StrokeSpacing::Period, |pixels| StrokeSpacing::Pixels(pixels * samples));
+            let material = scene.stage.add(over(style));
+            let body = scene
+                .stage
+                .body(&scene.torus_mesh.clone(), &material, tag, Transform::IDENTITY);
+            let picture = scene.stage.picture(lens);
+            scene.stage.clear([body]);
+            picture
+        };
+        check(scene, name, &draw, 0.02);
+    }
+    let (mesh, tag) = tensor::torus(scene);
+    let draw = |scene: &mut Scene, samples: f32, anti_aliasing, lens| {
+        let style = Tensor {
+            anti_aliasing,
+            line_width: 2.0 * samples,
+            ..tensor::style()
+        };
+        let material = scene.stage.add(tensor::over(style));
+        let body = scene.stage.body(&mesh, &material, tag, Transform::IDENTITY);
+        let picture = scene.stage.picture(lens);
+        scene.stage.clear([body]);
+        picture
+    };
+    check(scene, "tensor", &draw, 0.03);
+}

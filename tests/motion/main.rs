@@ -1,0 +1,14 @@
+//! Surfaces that move: vertices posed on the device against what Bevy draws, and all that follows from them.
+#![allow(unreachable_pub, reason = "modules of one test")]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod creature;
+mod edited;
+mod life;
+mod pictures;
+mod probe;
+#[allow(dead_code, reason = "another test's, which uses all of it")]
+#[path = "../material/stage.rs"]
+mod stage;
+mod twins;
