@@ -1,5 +1,5 @@
-//! A point cloud: no triangles, only points, as a scanner brings them, drawn as oriented discs. Normals and curvature are
-//! fitted to the points; the stripes follow the curvature.
+//! Stripes on points: a scan of a creature, noisy, without a mesh. Each point is drawn as a disc that knows its
+//! neighbours' waves.
 //!
 //! ```sh
 //! cargo run --example point_cloud
@@ -8,38 +8,47 @@
 
 mod common;
 
+use bevy::prelude::*;
+use bevy_field_patterns::prelude::*;
+use common::{
+    args::run_plain,
+    creature::Creature,
+    points,
+    scene::{Subject, View},
+};
 use std::process::ExitCode;
 
-use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
-use bevy_field_patterns::prelude::*;
-use common::{args::run_plain, scene::Subject, shapes};
+/// Points of the scan.
+const COUNT: usize = 40_000;
+/// How far they are off, in units of length; the creature is about 2 units long.
+const NOISE: f32 = 0.002;
 
 fn main() -> ExitCode {
     run_plain("Point cloud", |app| {
-        app.add_plugins(FieldPatternsPlugin).add_systems(Startup, setup);
+        app.add_plugins(FieldPatternsPlugin)
+            .insert_resource(View(Vec3::new(1.0, 0.25, 0.75)))
+            .add_systems(Startup, setup);
     })
 }
 
 fn setup(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut stripes: ResMut<Assets<StripeMaterial>>) {
-    // A knot's vertices, of which only the places are kept.
-    let points = shapes::knot(700, 56).positions;
-    let cloud = Mesh::new(PrimitiveTopology::PointList, RenderAssetUsages::default())
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, points);
+    let cloud = points::scan(&Creature::generate(0.03).mesh, COUNT, NOISE, 1);
+    let material = stripes.add(StripeMaterial {
+        base: StandardMaterial {
+            base_color: Color::srgb(0.92, 0.90, 0.84),
+            perceptual_roughness: 0.7,
+            ..default()
+        },
+        extension: Stripes {
+            color: LinearRgba::from(Srgba::rgb(0.05, 0.30, 0.38)),
+            ..default()
+        },
+    });
     commands.spawn((
         Subject,
-        Mesh3d(meshes.add(cloud)),
-        MeshMaterial3d(stripes.add(StripeMaterial {
-            base: StandardMaterial {
-                base_color: Color::srgb(0.95, 0.93, 0.88),
-                perceptual_roughness: 0.6,
-                ..default()
-            },
-            extension: Stripes {
-                color: Color::srgb(0.55, 0.12, 0.16).into(),
-                ..default()
-            },
-        })),
-        DirectionField::default(),
+        Mesh3d(meshes.add(points::to_bevy_mesh(&cloud))),
+        MeshMaterial3d(material),
+        DirectionField::Axis(Dir3::Z),
         Frequency::Uniform(12.0),
     ));
 }

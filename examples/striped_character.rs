@@ -1,4 +1,5 @@
-//! A creature that walks and breathes: skin, morph targets, animation and field come from one glTF file.
+//! A creature that walks and breathes, twice: skin, morph targets, animation and field come from one glTF file. On the left
+//! one stripes stick to the skin and stretch with it; on the right one they keep their distance.
 //!
 //! ```sh
 //! cargo run --example striped_character
@@ -7,7 +8,11 @@
 
 mod common;
 
-use bevy::{gltf::GltfAssetLabel, prelude::*, world_serialization::WorldAssetRoot};
+use bevy::{
+    gltf::GltfAssetLabel,
+    prelude::*,
+    world_serialization::{WorldAsset, WorldAssetRoot},
+};
 use bevy_field_patterns::prelude::*;
 use clap::Parser;
 use common::{
@@ -36,7 +41,7 @@ fn main() -> ExitCode {
     run("A striped character", &cli.output, |app| {
         register_scene_types(app);
         app.add_plugins(FieldPatternsPlugin)
-            .insert_resource(View(Vec3::new(1.0, 0.25, 0.75)))
+            .insert_resource(View(Vec3::new(0.0, 0.25, 1.0)))
             .add_systems(Startup, setup)
             .add_systems(Update, walk);
         Clock::start(app, &cli.output, 0.5, 0.2);
@@ -48,23 +53,30 @@ fn setup(mut commands: Commands, server: Res<AssetServer>, mut graphs: ResMut<As
     let clip = server.load(GltfAssetLabel::Animation(0).from_asset(MODEL));
     let (graph, node) = AnimationGraph::from_clip(clip);
     commands.insert_resource(Walk(graphs.add(graph), node));
-    let scene = server.load(GltfAssetLabel::Scene(0).from_asset(MODEL));
-    commands.spawn((
-        Subject,
-        WorldAssetRoot(scene),
-        PatternScene {
-            // Along the limbs, so that stripes lie around them.
-            field: DirectionField::Attribute(FIELD_ATTRIBUTE),
-            frequency: Frequency::Uniform(8.0),
-            style: Stripes {
-                color: LinearRgba::from(Srgba::rgb(0.16, 0.09, 0.05)),
-                duty: 0.38,
-                softness: 0.1,
+    let scene: Handle<WorldAsset> = server.load(GltfAssetLabel::Scene(0).from_asset(MODEL));
+    for (x, pose, color) in [
+        (-1.15, PatternPose::Rest, Srgba::rgb(0.16, 0.09, 0.05)),
+        (1.15, PatternPose::Live, Srgba::rgb(0.05, 0.14, 0.22)),
+    ] {
+        commands.spawn((
+            Subject,
+            WorldAssetRoot(scene.clone()),
+            Transform::from_xyz(x, 0.0, 0.0).with_rotation(Quat::from_rotation_y(0.9)),
+            PatternScene {
+                // Along the limbs, so that stripes lie around them.
+                field: DirectionField::Attribute(FIELD_ATTRIBUTE),
+                frequency: Frequency::Uniform(8.0),
+                pose,
+                style: Stripes {
+                    color: color.into(),
+                    duty: 0.38,
+                    softness: 0.1,
+                    ..default()
+                },
                 ..default()
             },
-            ..default()
-        },
-    ));
+        ));
+    }
 }
 
 /// Keeps the animation at the clock's time.

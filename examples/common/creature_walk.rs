@@ -110,6 +110,9 @@ pub fn to_skinned_mesh(creature: &Creature) -> Mesh {
         VertexAttributeValues::Uint16x4(creature.joints.clone()),
     );
     mesh.insert_attribute(Mesh::ATTRIBUTE_JOINT_WEIGHT, creature.weights.clone());
+    if let Err(error) = mesh.generate_skinned_mesh_bounds() {
+        error!("the creature has no bounds: {error}");
+    }
     mesh.with_morph_targets(targets)
         .with_morph_target_names(MORPHS.map(String::from).to_vec())
 }

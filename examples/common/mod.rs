@@ -16,7 +16,6 @@ pub mod flag;
 pub mod flat;
 pub mod glb;
 pub mod gltf;
-pub mod glyphs;
 pub mod gpu;
 pub mod headless;
 pub mod hyperball;

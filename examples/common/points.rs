@@ -3,8 +3,7 @@
 //! In: a mesh, a number of points, their noise, a seed. Out: positions with the normals of the triangles they come from,
 //! spread evenly by area.
 
-use bevy::prelude::*;
-use std::f32::consts::TAU;
+use bevy::{asset::RenderAssetUsages, mesh::PrimitiveTopology, prelude::*};
 
 use super::{mesh_file::RawMesh, shapes::Random};
 
@@ -50,19 +49,9 @@ pub fn scan(mesh: &RawMesh, count: usize, noise: f32, seed: u64) -> Vec<Point> {
         .collect()
 }
 
-/// A hexagon of `radius` at every point, across its normal.
-pub fn discs(points: &[Point], radius: f32) -> RawMesh {
-    const CORNERS: u8 = 6;
-    let mut mesh = RawMesh::default();
-    for point in points {
-        let (u, v) = point.normal.any_orthonormal_pair();
-        let first = mesh.positions.len() as u32;
-        mesh.positions.extend((0..CORNERS).map(|corner| {
-            let (sin, cos) = (TAU * f32::from(corner) / f32::from(CORNERS)).sin_cos();
-            point.position + radius * (cos * u + sin * v)
-        }));
-        mesh.triangles
-            .extend((1..u32::from(CORNERS) - 1).map(|i| [first, first + i, first + i + 1]));
-    }
-    mesh
+/// The points alone, as a scanner gives them: without normals.
+pub fn to_bevy_mesh(cloud: &[Point]) -> Mesh {
+    let positions: Vec<Vec3> = cloud.iter().map(|point| point.position).collect();
+    Mesh::new(PrimitiveTopology::PointList, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
 }

@@ -25,7 +25,6 @@ use common::{
     mesh_file::{RawMesh, to_bevy_mesh},
     molecule,
     organs::Organs,
-    points,
     scene::Subject,
     vessel_tree::VesselTree,
 };
@@ -56,7 +55,6 @@ enum Model {
     Molecule,
     Needle,
     Organs,
-    Points,
     Vessels,
 }
 
@@ -122,10 +120,6 @@ fn show(model: Model, stripes: bool, mut looks: Looks) {
                 (mesh, DirectionField::Axis(Dir3::Y))
             };
             parts.into_iter().enumerate().map(|(i, mesh)| apart(i, mesh)).collect()
-        }
-        Model::Points => {
-            let cloud = points::scan(&Hyperball::default().mesh(0.04), 20_000, 0.004, 1);
-            vec![(points::discs(&cloud, 0.012), DirectionField::Axis(Dir3::Y))]
         }
         Model::Vessels => {
             let tree = VesselTree::default();

@@ -65,7 +65,7 @@ fn aneurysm() -> Vec<u8> {
 
 fn vessels() -> Vec<u8> {
     let tree = VesselTree::default();
-    let mesh = tree.mesh(0.02);
+    let mesh = tree.mesh(0.017);
     let flow: Vec<Vec3> = mesh.positions.iter().map(|&p| tree.flow(p)).collect();
     plain("vessels", &mesh, &[("_FIELD", &flow)])
 }
