@@ -284,15 +284,15 @@ fn fields_follow_borders_and_creases() {
             assert!(d.dot(expected).abs() > 0.999, "{field:?}: {d} at {p}");
         }
     }
-    // A roof with a ridge along z: extrinsically, t = n × d turns along it without being told, and stripes with it.
+    // A roof with a ridge along z, which rules all of it.
     let roof = grid(24, |u, v| Vec3::new(u - 0.5, 0.5 - (u - 0.5).abs(), v));
     let creases = SmoothField {
         align: Alignment::Creases(0.6),
         ..default()
     };
     let (graph, d) = smooth(&creases, &roof);
-    for (d, p) in d.iter().zip(&graph.positions).filter(|(_, p)| p.x == 0.0) {
-        assert!(d.z.abs() > 0.999, "{d} at {p}");
+    for (d, p) in d.iter().zip(&graph.positions) {
+        assert!(d.z.abs() > 0.99, "{d} at {p}");
     }
     let no_crease = SmoothField {
         align: Alignment::Creases(2.0),
