@@ -24,12 +24,12 @@ impl<'a> KdTree<'a> {
     pub(crate) fn new(points: &'a [Vec3]) -> Self {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
         let mut axes = vec![0; points.len()];
-        let mut ranges = vec![0..points.len()];
-        while let Some(range) = ranges.pop() {
-            if range.len() <= LEAF {
+        let mut ranges = vec![(0, points.len())];
+        while let Some((start, end)) = ranges.pop() {
+            if end - start <= LEAF {
                 continue;
             }
-            let own = &mut order[range.clone()];
+            let own = &mut order[start..end];
             let (low, high) = own
                 .iter()
                 .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &i| {
@@ -42,9 +42,9 @@ impl<'a> KdTree<'a> {
                     .total_cmp(&points[b as usize][axis])
                     .then(a.cmp(&b))
             });
-            let middle = range.start + half;
+            let middle = start + half;
             axes[middle] = axis as u8;
-            ranges.extend([range.start..middle, middle + 1..range.end]);
+            ranges.extend([(start, middle), (middle + 1, end)]);
         }
         Self { points, order, axes }
     }

@@ -1,14 +1,10 @@
 //! Which vertices of a pattern lie on creases, for the GPU.
 //!
-//! In: an entity's [`CreasePhase`] and its graph. Out: one bit per vertex in the shared buffers, and the pull in the
+//! In: an entity's [`CreasePhase`](crate::wave::CreasePhase) and its graph. Out: one bit per vertex in the shared buffers, and the pull in the
 //! pattern's record.
 
 use super::{Pattern, PatternedItem, Tools};
-use crate::{
-    error::PatternError,
-    surface::Surface,
-    wave::{crease::CreasePhase, layout::FLAG_FOLLOW},
-};
+use crate::{error::PatternError, surface::Surface, wave::layout::FLAG_FOLLOW};
 
 /// What the bits in the shared buffers were made from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -25,7 +21,7 @@ pub(super) fn update_creases(
     surface: &Surface,
     tools: &mut Tools,
 ) -> Result<bool, PatternError> {
-    let Some(crease) = item.crease.as_ref().map(|crease| CreasePhase::clone(crease)) else {
+    let Some(crease) = item.crease.as_deref().copied() else {
         let had_any = pattern.record.pin_base != 0;
         if had_any {
             set_pins(pattern, 0, 0.0, tools);

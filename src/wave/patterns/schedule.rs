@@ -43,7 +43,7 @@ impl Pattern {
     }
 
     /// Does as many sweeps as there is room for, soft ones first; how many.
-    fn sweep(&mut self, left: &mut Sweeps, budget: &mut Budget, work: &mut Work) -> u32 {
+    fn sweep(&self, left: &mut Sweeps, budget: &mut Budget, work: &mut Work) -> u32 {
         let granted = budget.grant(self.nodes(), left.soft + left.plain);
         let soft = granted.min(left.soft);
         let plain = granted - soft;
