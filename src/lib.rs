@@ -94,7 +94,7 @@ pub mod prelude {
             AnisotropicSamples, Density, Importance, Metric, MetricSource, SampleSet, SamplesFailed, SamplesReady,
             SamplingState, SpaceFunction, planar::PlanarDomain, surface::SurfaceMethod,
         },
-        scene::{PatternScene, PatternScenePart},
+        scene::{PatternScene, PatternScenePart, StyledScene},
         wave::{
             CreaseLine, CreasePhase, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern,
             SolverSettings, Waves, pose::PatternPose,

@@ -1,13 +1,13 @@
 //! Patterns on whole scenes, such as glTF files.
 //!
 //! In: a [`PatternScene`] on the root of a hierarchy, and the meshes below it with their `StandardMaterial`s, which may
-//! arrive, leave and change at any time. Out: on each of these meshes a field, a frequency, and a [`StripeMaterial`] (or one
+//! arrive, leave and change at any time. Out: on each of these meshes a field, a frequency, and a [`StripeMaterial`](crate::material::StripeMaterial) (or one
 //! of another style: [`StyledScene`]) that extends the material it had. What is done is undone when the component, or the mesh, is taken away; what a mesh has of
 //! its own is left alone.
 
 use crate::{
     field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
-    material::{FocusSource, Hatch, PatternTexture, SceneStyle, StripeMaterial, Stripes, Styled, Tensor},
+    material::{FocusSource, Hatch, PatternTexture, SceneStyle, Stripes, Styled, Tensor},
     wave::{PatternSystems, Waves, pose::PatternPose},
 };
 use bevy::{

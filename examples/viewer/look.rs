@@ -7,7 +7,7 @@ use bevy::{
     math::bounding::{Aabb3d, BoundingVolume},
     prelude::*,
 };
-use bevy_field_patterns::{prelude::*, wave::SolverSettings};
+use bevy_field_patterns::{material::SceneStyle, prelude::*, wave::SolverSettings};
 
 use crate::{
     common::{headless::ReadyChecks, scene::outline},
@@ -77,40 +77,84 @@ fn measure(
 /// Gives the model its pattern, or takes it away.
 fn set_scene(
     settings: Res<ViewerSettings>,
-    models: Query<(Entity, &Model, Ref<Diagonal>, Option<&PatternScene>)>,
+    models: Query<(Entity, &Model, Ref<Diagonal>, Scenes)>,
+    assets: Res<AssetServer>,
     mut file: ResMut<FieldFile>,
     mut notice: ResMut<Notice>,
     mut commands: Commands,
 ) {
-    for (entity, model, diagonal, scene) in &models {
+    for (entity, model, diagonal, scenes) in &models {
         if !settings.is_changed() && !diagonal.is_changed() {
             continue;
         }
-        if settings.style == Style::Plain {
-            commands.entity(entity).remove::<PatternScene>();
-            continue;
-        }
         let failed = matches!(&file.0, Some((.., Err(error))) if notice.0.as_ref() == Some(error));
-        match file.field(&settings.field, model.vertices) {
-            Ok(field) => {
-                if failed {
-                    notice.0 = None;
-                }
-                let frequency = settings.frequency / diagonal.0;
-                let wanted = PatternScene {
-                    field,
-                    symmetry: Some(settings.symmetry),
-                    space: PatternSpace::World,
-                    frequency: Frequency::Uniform(frequency),
-                    style: settings.stripes(1.0 / frequency.max(f32::MIN_POSITIVE)),
-                    ..default()
-                };
-                if scene != Some(&wanted) {
-                    commands.entity(entity).insert(wanted);
-                }
+        let field = match file.field(&settings.field, model.vertices) {
+            Ok(field) => field,
+            Err(error) => {
+                notice.0 = Some(error);
+                continue;
             }
-            Err(error) => notice.0 = Some(error),
+        };
+        if failed {
+            notice.0 = None;
         }
+        let frequency = settings.frequency / diagonal.0;
+        let base = PatternScene {
+            field,
+            symmetry: Some(settings.symmetry),
+            space: PatternSpace::World,
+            waves: settings.waves(),
+            frequency: Frequency::Uniform(frequency),
+            ..default()
+        };
+        let mut entity = commands.entity(entity);
+        let style = settings.style;
+        let stripes = || settings.stripes(1.0 / frequency.max(f32::MIN_POSITIVE));
+        let is_stripes = !matches!(style, Style::Texture | Style::Hatch | Style::Plain);
+        give(&mut entity, &base, is_stripes.then(stripes), scenes.0);
+        let texture = (style == Style::Texture).then(|| settings.texture(&assets));
+        give(&mut entity, &base, texture, scenes.1);
+        give(
+            &mut entity,
+            &base,
+            (style == Style::Hatch).then(|| settings.hatch()),
+            scenes.2,
+        );
+    }
+}
+
+/// The scenes that a model may have, of which it has one.
+type Scenes = (
+    Option<&'static StyledScene<Stripes>>,
+    Option<&'static StyledScene<PatternTexture>>,
+    Option<&'static StyledScene<Hatch>>,
+);
+
+/// Gives the model a scene of this style, or takes it away.
+fn give<S: SceneStyle>(
+    entity: &mut EntityCommands,
+    base: &PatternScene,
+    style: Option<S>,
+    has: Option<&StyledScene<S>>,
+) {
+    let wanted = style.map(|style| StyledScene {
+        field: base.field.clone(),
+        symmetry: base.symmetry,
+        turn: base.turn,
+        space: base.space,
+        pose: base.pose,
+        waves: base.waves,
+        frequency: base.frequency.clone(),
+        style,
+    });
+    match wanted {
+        Some(wanted) if has != Some(&wanted) => {
+            entity.insert(wanted);
+        }
+        None if has.is_some() => {
+            entity.remove::<StyledScene<S>>();
+        }
+        _ => {}
     }
 }
 
@@ -154,7 +198,7 @@ fn model_is_dressed(world: &mut World) -> Result<Option<String>, String> {
         return Err(error.clone());
     }
     let is_plain = world.resource::<ViewerSettings>().style == Style::Plain;
-    let mut parts = world.query::<&PatternScenePart>();
-    let is_dressed = is_plain || parts.iter(world).next().is_some();
+    let mut patterns = world.query::<&PatternState>();
+    let is_dressed = is_plain || patterns.iter(world).next().is_some();
     Ok((!is_dressed).then(|| "the model".to_owned()))
 }

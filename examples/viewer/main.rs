@@ -22,7 +22,7 @@ use bevy::prelude::*;
 use clap::Parser;
 use common::args::{OutputArgs, run};
 use model::{ModelPlugin, Open};
-use settings::{Field, Style, ViewerSettings};
+use settings::{Field, Style, ViewerSettings, WaveCount};
 
 /// Shows a mesh with a pattern that follows a tangent field.
 #[derive(Parser)]
@@ -40,6 +40,9 @@ struct Cli {
     /// What is drawn
     #[arg(long, value_enum, default_value_t = Style::default())]
     style: Style,
+    /// How many waves the pattern has
+    #[arg(long, value_enum, default_value_t = WaveCount::default())]
+    waves: WaveCount,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -53,6 +56,7 @@ fn main() -> ExitCode {
             field: cli.field.clone(),
             frequency: cli.frequency,
             style: cli.style,
+            waves: cli.waves,
             ..default()
         })
         .add_plugins((ModelPlugin { open }, look::LookPlugin));

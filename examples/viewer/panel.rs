@@ -25,7 +25,7 @@ use clap::ValueEnum;
 use crate::{
     common::scene::StudioCamera,
     model::{Model, Notice, Open},
-    settings::{Field, Method, Shape, ViewerSettings},
+    settings::{Field, Method, Shape, Style, ViewerSettings},
 };
 
 /// Width of the panel at first, in logical pixels.
@@ -197,6 +197,26 @@ fn style_section(ui: &mut Ui, settings: &mut ViewerSettings, has_gaps: bool) {
     ui.separator();
     ui.heading("Style");
     choice(ui, "style", &mut settings.style);
+    let is_vector = settings.symmetry == Symmetry::Vector;
+    choice(ui, "waves", &mut settings.waves);
+    match settings.style {
+        Style::Hatch => hatch_section(ui, settings),
+        Style::Texture => {
+            ui.add_enabled(is_vector, Slider::new(&mut settings.speed, -2.0..=2.0).text("Travel"))
+                .on_disabled_hover_text("Only along vectors");
+        }
+        _ => stripe_section(ui, settings, has_gaps),
+    }
+}
+
+fn hatch_section(ui: &mut Ui, settings: &mut ViewerSettings) {
+    ui.add(Slider::new(&mut settings.darkness, 0.0..=1.0).text("Darkest"));
+    ui.add(Slider::new(&mut settings.stroke, 0.01..=1.0).text("Stroke"));
+    ui.add(Slider::new(&mut settings.density, 0.0..=1.0).text("Density"));
+    ui.add(Slider::new(&mut settings.outline, 0.0..=8.0).text("Outline"));
+}
+
+fn stripe_section(ui: &mut Ui, settings: &mut ViewerSettings, has_gaps: bool) {
     let is_vector = settings.symmetry == Symmetry::Vector;
     choice(ui, "shape", &mut settings.shape);
     if settings.shape == Shape::Sawtooth && !is_vector {

@@ -41,6 +41,16 @@ pub struct ViewerSettings {
     pub bump: f32,
     /// How fast the pattern travels, in periods per second; only along vectors. Default 0.
     pub speed: f32,
+    /// How many waves there are.
+    pub waves: WaveCount,
+    /// Share of ink of the darkest hatching, 0 to 1. Default 0.85.
+    pub darkness: f32,
+    /// Width of a hatching stroke as a share of the distance of strokes, 0.01 to 1. Default 0.25.
+    pub stroke: f32,
+    /// What darker hatching has more of: 0 wider strokes, 1 more strokes. Default 0.6.
+    pub density: f32,
+    /// Width of the hatching's outline in pixels, 0 for none. Default 2.
+    pub outline: f32,
     /// How the solver starts.
     pub method: Method,
 }
@@ -64,6 +74,11 @@ impl Default for ViewerSettings {
             gap_color: [242, 237, 224],
             bump: 0.0,
             speed: 0.0,
+            waves: WaveCount::default(),
+            darkness: 0.85,
+            stroke: 0.25,
+            density: 0.6,
+            outline: 2.0,
             method: Method::default(),
         }
     }
@@ -90,6 +105,51 @@ impl ViewerSettings {
             },
             cutout: self.style == Style::Cutout,
             debug: self.style.debug(),
+            ..default()
+        }
+    }
+}
+
+impl ViewerSettings {
+    /// The waves of the pattern: a texture takes two.
+    pub fn waves(&self) -> Waves {
+        match self.waves {
+            WaveCount::One if self.style == Style::Texture => Waves::ORTHOGONAL,
+            WaveCount::One => Waves::Single,
+            WaveCount::Two => Waves::ORTHOGONAL,
+            WaveCount::Cross => Waves::Cross,
+        }
+    }
+
+    /// The file of an image that the field allows.
+    fn image(&self) -> &'static str {
+        match (self.waves(), self.symmetry) {
+            (Waves::Cross, _) => "textures/tiles.png",
+            (_, Symmetry::Line) => "textures/weave.png",
+            (_, Symmetry::Vector) => "textures/arrow.png",
+        }
+    }
+
+    /// The look of a texture.
+    pub fn texture(&self, assets: &AssetServer) -> PatternTexture {
+        let moves = self.symmetry == Symmetry::Vector && self.waves() != Waves::Cross;
+        PatternTexture {
+            image: assets.load(self.image()),
+            travel: Travel::Periods(if moves { self.speed } else { 0.0 }),
+            ..default()
+        }
+    }
+
+    /// The look of hatching.
+    pub fn hatch(&self) -> Hatch {
+        Hatch {
+            darkest: self.darkness,
+            strokes: HatchStrokes {
+                width: self.stroke,
+                density: self.density,
+                ..default()
+            },
+            outline: HatchOutline::solid(self.outline),
             ..default()
         }
     }
@@ -192,6 +252,10 @@ pub enum Style {
     Stripes,
     /// Stripes with holes between them
     Cutout,
+    /// An image on two waves
+    Texture,
+    /// Strokes of ink by the light
+    Hatch,
     /// Phase of the wave
     Phase,
     /// Triangles in which stripes begin or end
@@ -209,7 +273,7 @@ pub enum Style {
 impl Style {
     fn debug(self) -> DebugStyle {
         match self {
-            Self::Stripes | Self::Cutout | Self::Plain => DebugStyle::None,
+            Self::Stripes | Self::Cutout | Self::Texture | Self::Hatch | Self::Plain => DebugStyle::None,
             Self::Phase => DebugStyle::Phase,
             Self::Branches => DebugStyle::Singular,
             Self::Angle => DebugStyle::Angle,
@@ -217,6 +281,18 @@ impl Style {
             Self::Classes => DebugStyle::Colors,
         }
     }
+}
+
+/// How many waves there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum WaveCount {
+    /// One along the field (two under a texture)
+    #[default]
+    One,
+    /// One along the field and one across
+    Two,
+    /// The two of a cross field
+    Cross,
 }
 
 /// Shape of a stripe across its period.
