@@ -317,7 +317,7 @@ fn hard(p: Vec2) -> f32 {
 #[test]
 fn textures_are_filtered() {
     let mut failures = Vec::new();
-    // At a period per pixel and less the mean of 64 samples of black and white is off by more than a percent itself.
+    // The error of the mean of 64 samples, see above, is part of these.
     let values: [(&str, fn(Vec2) -> f32, f32); 2] = [("smooth", smooth, 0.023), ("hard", hard, 0.041)];
     for (name, value, allowed) in values {
         let mut scene = Scene::new(|app, anti_aliasing| PatternTexture {
