@@ -240,7 +240,9 @@ fn compare<E: MaterialExtension>(scene: &mut Scene<E>, what: &str, allowed: f32)
         let found = scene.difference(from(distance, towards), &name);
         println!("{name:24} {found:?}");
         let contrast = if view == "near" { 0.95 } else { 0.0 };
-        if found.pixels < 80 || found.rms > allowed || found.unfiltered < 3.0 * found.rms || found.contrast < contrast {
+        // What is smooth and large is nearly right without a filter.
+        let blind = found.unfiltered > 0.1 && found.unfiltered < 3.0 * found.rms;
+        if found.pixels < 80 || found.rms > allowed || blind || found.contrast < contrast {
             failures.push(format!("{name}: {found:?}"));
         }
     }
@@ -315,7 +317,8 @@ fn hard(p: Vec2) -> f32 {
 #[test]
 fn textures_are_filtered() {
     let mut failures = Vec::new();
-    let values: [(&str, fn(Vec2) -> f32, f32); 2] = [("smooth", smooth, 0.02), ("hard", hard, 0.03)];
+    // The error of the mean of 64 samples, see above, is part of these.
+    let values: [(&str, fn(Vec2) -> f32, f32); 2] = [("smooth", smooth, 0.023), ("hard", hard, 0.041)];
     for (name, value, allowed) in values {
         let mut scene = Scene::new(|app, anti_aliasing| PatternTexture {
             image: grey(app, value),

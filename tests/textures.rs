@@ -1,17 +1,14 @@
 //! What textures on waves need besides a GPU's pixels: mip levels, colours for numbers, copies that travel, and patterns
-//! that fit the style. And, of a whole pattern with its branches, whether each cell is in one piece.
-#![allow(clippy::print_stdout, reason = "what was measured")]
+//! that fit the style.
 
 mod common;
 
 use bevy::{
-    camera::RenderTarget,
-    core_pipeline::tonemapping::{DebandDither, Tonemapping},
     prelude::*,
-    render::render_resource::{Extent3d, TextureDimension, TextureFormat, TextureUsages},
+    render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_field_patterns::{error::PatternError, material::with_mipmaps, prelude::*};
-use common::{add_mesh, app, headless, settle, shapes, update};
+use common::{add_mesh, app, settle, shapes, update};
 
 fn image(width: u32, height: u32, format: TextureFormat, texel: impl Fn(u32, u32) -> [u8; 4]) -> Image {
     let size = Extent3d {
@@ -201,160 +198,4 @@ fn patterns_fit_their_style() {
         .remove::<MeshMaterial3d<PatternTextureMaterial>>()
         .insert(MeshMaterial3d(stripes));
     assert_eq!(state(&mut app), PatternState::Converged);
-}
-
-const SIZE: u32 = 320;
-
-/// Red and green of each pixel, bytes; blue where nothing is drawn.
-fn picture(app: &mut App, name: &str) -> Vec<[u8; 4]> {
-    let mut image = Image::new_target_texture(SIZE, SIZE, TextureFormat::Rgba8UnormSrgb, None);
-    image.texture_descriptor.usage |= TextureUsages::COPY_SRC;
-    let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
-    let camera = app
-        .world_mut()
-        .spawn((
-            Camera3d::default(),
-            Camera {
-                clear_color: ClearColorConfig::Custom(Color::srgb(0.0, 0.0, 1.0)),
-                ..default()
-            },
-            RenderTarget::Image(target.clone().into()),
-            Msaa::Off,
-            Tonemapping::None,
-            DebandDither::Disabled,
-            Transform::from_xyz(0.0, 2.2, 2.6).looking_at(Vec3::ZERO, Vec3::Y),
-        ))
-        .id();
-    for _ in 0..4 {
-        update(app);
-    }
-    let image = headless::capture(app, &target).expect("a picture");
-    app.world_mut().despawn(camera);
-    if let Ok(directory) = std::env::var("PATTERN_PICTURES") {
-        headless::save_png(&image, format!("{directory}/{name}.png").as_ref()).expect("a file");
-    }
-    image.data.as_deref().expect("pixels").as_chunks::<4>().0.to_vec()
-}
-
-/// Period cells as they are seen: pixels whose texture coordinates continue each other.
-fn cells(coordinates: &[[u8; 4]]) -> Vec<Vec<usize>> {
-    let mut cell = vec![usize::MAX; coordinates.len()];
-    let mut cells: Vec<Vec<usize>> = vec![];
-    let joined = |a: usize, b: usize| {
-        // Between periods a pixel may show anything between 255 and 0: no chain of such is as long as these steps need.
-        let near = |c: usize| coordinates[a][c].abs_diff(coordinates[b][c]) < 40;
-        coordinates[b][2] == 0 && near(0) && near(1)
-    };
-    for start in 0..coordinates.len() {
-        if cell[start] != usize::MAX || coordinates[start][2] != 0 {
-            continue;
-        }
-        let mut members = vec![start];
-        cell[start] = cells.len();
-        let mut next = 0;
-        while next < members.len() {
-            let at = members[next];
-            let (x, y) = (at as u32 % SIZE, at as u32 / SIZE);
-            let beside = [(x > 0, at.wrapping_sub(1)), (x + 1 < SIZE, at + 1)];
-            let above = [
-                (y > 0, at.wrapping_sub(SIZE as usize)),
-                (y + 1 < SIZE, at + SIZE as usize),
-            ];
-            for (_, other) in beside.into_iter().chain(above).filter(|way| way.0) {
-                if cell[other] == usize::MAX && joined(at, other) {
-                    cell[other] = cells.len();
-                    members.push(other);
-                }
-            }
-            next += 1;
-        }
-        cells.push(members);
-    }
-    cells
-}
-
-/// On a solved pattern with all its branches: cells that are seen with their middle show one tile.
-#[test]
-fn cells_are_in_one_piece() {
-    let mut app = app();
-    let raw = shapes::torus(160, 64, 1.0, 0.4, 0.3, 3);
-    let mesh = add_mesh(&mut app, &raw);
-    let base = StandardMaterial {
-        base_color: Color::BLACK,
-        unlit: true,
-        ..default()
-    };
-    let mut image_of = |width, height, texel: fn(u32, u32) -> [u8; 4]| {
-        let image = image(width, height, TextureFormat::Rgba8UnormSrgb, texel);
-        app.world_mut().resource_mut::<Assets<Image>>().add(image)
-    };
-    let coordinates = PatternTexture {
-        image: image_of(256, 256, |x, y| [x as u8, y as u8, 0, 255]),
-        anti_aliasing: false,
-        ..default()
-    };
-    let tiles = PatternTexture {
-        image: image_of(64, 8, |x, _| [30 * (x / 8) as u8, 255, 0, 255]),
-        anti_aliasing: false,
-        patches: Some(Patches {
-            columns: 8,
-            low: -0.8,
-            high: 0.8,
-            ..default()
-        }),
-        ..default()
-    };
-    let [coordinates, tiles] = [coordinates, tiles].map(|extension| {
-        let mut materials = app.world_mut().resource_mut::<Assets<PatternTextureMaterial>>();
-        let base = base.clone();
-        MeshMaterial3d(materials.add(PatternTextureMaterial { base, extension }))
-    });
-    let scalar = |p: &Vec3| (2.0 * p.x).sin() * (1.7 * p.z + 0.4).cos();
-    let scalars = PatternScalars {
-        first: ScalarSource::Vertices(raw.positions.iter().map(scalar).collect()),
-        ..default()
-    };
-    let field = DirectionField::Axis(Dir3::new(Vec3::new(1.0, 0.3, 0.2)).unwrap());
-    let entity = app
-        .world_mut()
-        .spawn((
-            Mesh3d(mesh),
-            coordinates.clone(),
-            field,
-            Symmetry::Vector,
-            Waves::ORTHOGONAL,
-            scalars,
-        ))
-        .id();
-    // Cells of hundreds of triangles, of some, and triangles of some cells.
-    for frequency in [2.0, 5.0, 9.0] {
-        app.world_mut()
-            .entity_mut(entity)
-            .insert((Frequency::Uniform(frequency), coordinates.clone()));
-        update(&mut app);
-        settle(&mut app);
-        let seen = picture(&mut app, &format!("coordinates {frequency}"));
-        app.world_mut().entity_mut(entity).insert(tiles.clone());
-        let tiled = picture(&mut app, &format!("tiles of {frequency}"));
-        let (mut whole, mut wrong, mut without) = (0, 0, 0);
-        for cell in cells(&seen) {
-            let from_middle = |&pixel: &usize| seen[pixel][0].abs_diff(128).max(seen[pixel][1].abs_diff(128));
-            let middle = cell.iter().copied().min_by_key(from_middle).unwrap();
-            if from_middle(&middle) > 25 {
-                without += cell.len();
-                continue;
-            }
-            whole += cell.len();
-            let tile = |pixel: usize| (tiled[pixel][0] + 15) / 30;
-            wrong += cell.iter().filter(|&&pixel| tile(pixel) != tile(middle)).count();
-        }
-        println!(
-            "frequency {frequency}: {wrong} of {whole} pixels of whole cells wrong, {without} in cells without a middle"
-        );
-        assert!(whole > 5000, "only {whole} pixels compared");
-        assert!(
-            wrong * 100 < whole,
-            "{wrong} of {whole} pixels show another tile than their cell's middle"
-        );
-    }
 }

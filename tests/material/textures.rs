@@ -1,4 +1,5 @@
 //! Images on two waves: where they lie, how they move, what scalars do to them, and which tile a cell has.
+#![allow(clippy::print_stdout, reason = "what was measured")]
 
 use bevy::{
     prelude::*,
