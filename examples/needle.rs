@@ -1,5 +1,5 @@
-//! Surgical guidance: the hatching of a vessel tree gets finer the nearer the tip of a needle is, so that the lines are
-//! about a tenth of the distance wide.
+//! Surgical guidance: the hatching of a vessel tree gets finer the nearer the tip of a needle is, so that lines are about
+//! a tenth of the distance wide.
 //!
 //! ```sh
 //! cargo run --example needle
@@ -54,7 +54,7 @@ fn setup(
     mut commands: Commands,
     server: Res<AssetServer>,
     mut meshes: ResMut<Assets<Mesh>>,
-    mut stripes: ResMut<Assets<StripeMaterial>>,
+    mut hatches: ResMut<Assets<HatchMaterial>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
     let metal = materials.add(StandardMaterial {
@@ -80,32 +80,41 @@ fn setup(
         MeshMaterial3d(tumour),
         Transform::from_translation(TARGET),
     ));
-    let paper = stripes.add(StripeMaterial {
+    let hatching = hatches.add(HatchMaterial {
         base: StandardMaterial {
-            base_color: Color::srgb(0.96, 0.94, 0.90),
+            base_color: Color::srgb(0.96, 0.93, 0.88),
             perceptual_roughness: 0.9,
             ..default()
         },
-        extension: Stripes {
-            color: LinearRgba::from(Srgba::rgb(0.45, 0.08, 0.08)),
-            duty: 0.4,
+        extension: Hatch {
+            ink: LinearRgba::from(Srgba::rgb(0.45, 0.05, 0.06)),
+            paper: LinearRgba::NONE,
+            // Lines of one width, as far apart as the pattern says.
+            tone: HatchTone::Constant(0.4),
+            strokes: HatchStrokes {
+                width: 0.4,
+                spacing: StrokeSpacing::Period,
+                ..default()
+            },
+            hand: HatchHand::STEADY,
+            outline: HatchOutline::solid(1.5),
             ..default()
         },
     });
     commands.spawn((
         Subject,
         Mesh3d(server.load(GltfAssetLabel::Primitive { mesh: 0, primitive: 0 }.from_asset("models/vessels.glb"))),
-        MeshMaterial3d(paper),
+        MeshMaterial3d(hatching),
         DirectionField::Attribute(FIELD_ATTRIBUTE),
         Symmetry::Vector,
-        // At 0.1 units lines are 0.01 wide, at 0.8 units 0.08.
+        // At 0.1 units lines are 0.008 wide, at 0.8 units 0.07.
         Frequency::DistanceTo {
             entity: needle,
             segment: Vec3::ZERO,
             near: 0.1,
             far: 0.8,
-            near_frequency: 40.0,
-            far_frequency: 5.0,
+            near_frequency: 50.0,
+            far_frequency: 6.0,
         },
     ));
 }
