@@ -11,22 +11,14 @@ mod common;
 
 use bevy::prelude::*;
 use bevy_field_patterns::prelude::*;
-use clap::Parser;
 use common::{
-    args::{OutputArgs, run},
+    args::run_moving,
     clock::Clock,
     flag::Flag,
     mesh_file::{RawMesh, smooth_normals, to_bevy_mesh},
     scene::{Subject, View},
 };
 use std::process::ExitCode;
-
-/// Stripes on a mesh that the CPU deforms.
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    output: OutputArgs,
-}
 
 /// The mesh that the wind moves.
 #[derive(Component)]
@@ -37,14 +29,11 @@ struct Cloth {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    run("A flag in the wind", &cli.output, |app| {
+    run_moving("A flag in the wind", 1.9, 0.25, |app| {
         app.add_plugins(FieldPatternsPlugin)
             .insert_resource(View(Vec3::new(0.25, 0.12, 1.0)))
             .add_systems(Startup, setup)
             .add_systems(Update, blow);
-        Clock::start(app, &cli.output, 1.9, 0.25);
-        Ok(())
     })
 }
 

@@ -12,9 +12,8 @@ mod common;
 
 use bevy::{gltf::GltfAssetLabel, prelude::*};
 use bevy_field_patterns::prelude::*;
-use clap::Parser;
 use common::{
-    args::{OutputArgs, run},
+    args::run_moving,
     clock::Clock,
     gltf::FIELD_ATTRIBUTE,
     instrument,
@@ -24,13 +23,6 @@ use common::{
 };
 use std::{f32::consts::TAU, process::ExitCode};
 
-/// Hatching by the distance to an instrument.
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    output: OutputArgs,
-}
-
 /// The needle; its tip is its origin.
 #[derive(Component)]
 struct Needle;
@@ -39,14 +31,11 @@ struct Needle;
 const TARGET: Vec3 = Vec3::new(-0.36, 0.28, 0.2);
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    run("Needle", &cli.output, |app| {
+    run_moving("Needle", 3.0, 0.2, |app| {
         app.add_plugins(FieldPatternsPlugin)
             .insert_resource(View(Vec3::new(0.15, 0.1, 1.0)))
             .add_systems(Startup, setup)
             .add_systems(Update, advance);
-        Clock::start(app, &cli.output, 3.0, 0.2);
-        Ok(())
     })
 }
 

@@ -12,9 +12,8 @@ mod common;
 
 use bevy::prelude::*;
 use bevy_field_patterns::{field::Principal, prelude::*};
-use clap::Parser;
 use common::{
-    args::{OutputArgs, run},
+    args::run_moving,
     clock::Clock,
     mesh_file::to_bevy_mesh,
     organs::Organs,
@@ -22,26 +21,16 @@ use common::{
 };
 use std::{f32::consts::TAU, process::ExitCode};
 
-/// A striped cut-out that shows what lies inside an organ.
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    output: OutputArgs,
-}
-
 /// What the focus circles around.
 #[derive(Component)]
 struct Around(Vec3);
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    run("See-through", &cli.output, |app| {
+    run_moving("See-through", 0.0, 0.0, |app| {
         app.add_plugins(FieldPatternsPlugin)
             .insert_resource(View(Vec3::new(-0.1, 0.18, 1.0)))
             .add_systems(Startup, setup)
             .add_systems(Update, wander);
-        Clock::start(app, &cli.output, 0.0, 0.0);
-        Ok(())
     })
 }
 

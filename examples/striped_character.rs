@@ -14,9 +14,8 @@ use bevy::{
     world_serialization::{WorldAsset, WorldAssetRoot},
 };
 use bevy_field_patterns::prelude::*;
-use clap::Parser;
 use common::{
-    args::{OutputArgs, run},
+    args::run_moving,
     clock::Clock,
     gltf::{FIELD_ATTRIBUTE, register_scene_types},
     scene::{Subject, View},
@@ -25,27 +24,17 @@ use std::process::ExitCode;
 
 const MODEL: &str = "models/creature.glb";
 
-/// Stripes on an animated character.
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    output: OutputArgs,
-}
-
 /// The animation of the file.
 #[derive(Resource)]
 struct Walk(Handle<AnimationGraph>, AnimationNodeIndex);
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    run("A striped character", &cli.output, |app| {
+    run_moving("A striped character", 0.5, 0.2, |app| {
         register_scene_types(app);
         app.add_plugins(FieldPatternsPlugin)
             .insert_resource(View(Vec3::new(0.0, 0.25, 1.0)))
             .add_systems(Startup, setup)
             .add_systems(Update, walk);
-        Clock::start(app, &cli.output, 0.5, 0.2);
-        Ok(())
     })
 }
 

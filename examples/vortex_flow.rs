@@ -12,9 +12,8 @@ mod common;
 
 use bevy::prelude::*;
 use bevy_field_patterns::prelude::*;
-use clap::Parser;
 use common::{
-    args::{OutputArgs, run},
+    args::run_moving,
     clock::Clock,
     implicit::{ball, gradient, melt},
     isosurface,
@@ -22,13 +21,6 @@ use common::{
     scene::{Subject, View},
 };
 use std::{f32::consts::TAU, process::ExitCode};
-
-/// Vortex cores that wander over a surface.
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    output: OutputArgs,
-}
 
 /// Where a core begins, in radians.
 #[derive(Component)]
@@ -39,32 +31,27 @@ struct Core(f32);
 struct Pebble(RawMesh);
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    run("Vortex flow", &cli.output, |app| {
+    run_moving("Vortex flow", 2.0, 0.1, |app| {
         app.add_plugins(FieldPatternsPlugin)
             .insert_resource(View(Vec3::new(0.1, 0.55, 1.0)))
             .add_systems(Startup, setup)
             .add_systems(Update, wander);
-        Clock::start(app, &cli.output, 2.0, 0.3);
-        Ok(())
     })
 }
 
-/// A pebble of five balls.
+/// Balls that melt into a pebble: centres and radii.
+const PEBBLE: [[f32; 4]; 5] = [
+    [-0.75, 0.0, 0.1, 0.55],
+    [-0.1, 0.1, -0.15, 0.62],
+    [0.6, 0.05, 0.1, 0.6],
+    [0.95, -0.05, -0.25, 0.45],
+    [0.1, -0.1, 0.4, 0.5],
+];
+
+/// Distance from the pebble's surface.
 fn pebble(p: Vec3) -> f32 {
-    let balls = [
-        (-0.75, 0.0, 0.1, 0.55),
-        (-0.1, 0.1, -0.15, 0.62),
-        (0.6, 0.05, 0.1, 0.6),
-        (0.95, -0.05, -0.25, 0.45),
-        (0.1, -0.1, 0.4, 0.5),
-    ];
-    melt(
-        balls
-            .into_iter()
-            .map(|(x, y, z, radius)| ball(p, Vec3::new(x, y, z), radius)),
-        0.12,
-    )
+    let near = |[x, y, z, radius]: [f32; 4]| ball(p, Vec3::new(x, y, z), radius);
+    melt(PEBBLE.into_iter().map(near), 0.12)
 }
 
 /// The point of the pebble below a point near it.
@@ -79,7 +66,7 @@ fn setup(
     mut textures: ResMut<Assets<PatternTextureMaterial>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    let raw = isosurface::mesh(pebble, Vec3::new(-1.6, -1.0, -1.1), Vec3::new(1.7, 1.0, 1.2), 0.03);
+    let raw = isosurface::mesh(pebble, Vec3::new(-1.6, -1.0, -1.1), Vec3::new(1.7, 1.0, 1.2), 0.035);
     let material = textures.add(PatternTextureMaterial {
         base: StandardMaterial {
             base_color: Color::srgb(0.87, 0.89, 0.92),

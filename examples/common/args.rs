@@ -10,6 +10,7 @@ use bevy::{asset::UnapprovedPathMode, prelude::*, window::WindowResolution};
 use clap::{Args, Parser};
 
 use super::{
+    clock::Clock,
     gltf::gltf_plugin,
     headless::{ReadyChecks, headless_app, is_blank, picture, probe_gpu, save_png},
     patterns::patterns_rest,
@@ -105,6 +106,17 @@ pub fn refuse(message: &str) -> ExitCode {
 /// [`run`] for an example without arguments of its own, whose `setup` cannot fail.
 pub fn run_plain(title: &str, setup: impl FnOnce(&mut App)) -> ExitCode {
     run(title, &OutputOnly::parse().output, |app| {
+        setup(app);
+        Ok(())
+    })
+}
+
+/// [`run_plain`] for an example that moves by itself: with a [`Clock`] that begins `lead` seconds before the `moment` of
+/// the picture.
+pub fn run_moving(title: &str, moment: f32, lead: f32, setup: impl FnOnce(&mut App)) -> ExitCode {
+    let output = OutputOnly::parse().output;
+    run(title, &output, |app| {
+        Clock::start(app, &output, moment, lead);
         setup(app);
         Ok(())
     })
