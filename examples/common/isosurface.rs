@@ -129,8 +129,7 @@ fn cells(size: UVec3) -> impl Iterator<Item = UVec3> {
 fn cut_faces(mesh: &RawMesh, min: Vec3, max: Vec3) -> Vec<Option<Face>> {
     let mut faces = vec![None; mesh.positions.len()];
     let sides = sides(mesh);
-    let mut runs = sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
-    while let Some(run) = runs.next() {
+    for run in sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         if let [(a, b, _)] = *run {
             for vertex in [a, b] {
                 let p = mesh.positions[vertex as usize];
