@@ -7,7 +7,7 @@
 
 use crate::{
     field::{DirectionField, FieldTurn, Frequency, PatternSpace, Symmetry},
-    material::{FocusSource, Hatch, PatternTexture, SceneStyle, StripeMaterial, Stripes, Styled, Tensor},
+    material::{FocusSource, Hatch, PatternTexture, SceneStyle, Stripes, Styled, Tensor},
     wave::{PatternSystems, Waves, pose::PatternPose},
 };
 use bevy::{

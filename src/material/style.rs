@@ -14,7 +14,7 @@ use bevy::{
     reflect::Reflectable,
     render::render_resource::RenderPipelineDescriptor,
 };
-use std::marker::PhantomData;
+use std::{fmt::Debug, marker::PhantomData};
 
 /// A style that is drawn by `pattern_material.wgsl` and `pattern_prepass.wgsl`.
 pub(super) trait WaveStyle: MaterialExtension {
@@ -32,9 +32,9 @@ pub(super) trait WaveStyle: MaterialExtension {
 pub type Styled<S> = ExtendedMaterial<StandardMaterial, S>;
 
 /// A style that a [`StyledScene`](crate::scene::StyledScene) can give to its meshes.
-pub trait SceneStyle: MaterialExtension + Reflectable + FromReflect + Default + PartialEq {}
+pub trait SceneStyle: MaterialExtension + Reflectable + FromReflect + Default + PartialEq + Debug {}
 
-impl<S: WaveStyle + Reflectable + FromReflect + Default + PartialEq> SceneStyle for S {}
+impl<S: WaveStyle + Reflectable + FromReflect + Default + PartialEq + Debug> SceneStyle for S {}
 
 /// Adds shader definitions to a fragment shader, those that are true.
 pub(super) fn select_variant(descriptor: &mut RenderPipelineDescriptor, variants: &[(bool, &'static str)]) {
