@@ -43,14 +43,14 @@ fn setup(mut commands: Commands, server: Res<AssetServer>, mut graphs: ResMut<As
     let (graph, node) = AnimationGraph::from_clip(clip);
     commands.insert_resource(Walk(graphs.add(graph), node));
     let scene: Handle<WorldAsset> = server.load(GltfAssetLabel::Scene(0).from_asset(MODEL));
-    for (x, pose, color) in [
-        (-1.15, PatternPose::Rest, Srgba::rgb(0.16, 0.09, 0.05)),
-        (1.15, PatternPose::Live, Srgba::rgb(0.05, 0.14, 0.22)),
+    for (x, turn, pose, color) in [
+        (-1.15, 1.1, PatternPose::Rest, Srgba::rgb(0.16, 0.09, 0.05)),
+        (1.15, 0.7, PatternPose::Live, Srgba::rgb(0.05, 0.14, 0.22)),
     ] {
         commands.spawn((
             Subject,
             WorldAssetRoot(scene.clone()),
-            Transform::from_xyz(x, 0.0, 0.0).with_rotation(Quat::from_rotation_y(0.9)),
+            Transform::from_xyz(x, 0.0, 0.0).with_rotation(Quat::from_rotation_y(turn)),
             PatternScene {
                 // Along the limbs, so that stripes lie around them.
                 field: DirectionField::Attribute(FIELD_ATTRIBUTE),

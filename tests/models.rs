@@ -51,7 +51,7 @@ fn check(mesh: &RawMesh, genus: i64, borders: i64) -> [f32; 2] {
 fn surfaces_are_closed_and_even() {
     let tree = VesselTree::default();
     assert!(tree.branches() > 30);
-    let organs = Organs::generate(0.05, 5);
+    let organs = Organs::generate(0.03, 5);
     let surfaces = [
         ("vessels", tree.mesh(0.017), 0, 0),
         ("aneurysm", Aneurysm::default().mesh(0.06), 0, 2),

@@ -9,7 +9,7 @@ use mesh_file::RawMesh;
 #[allow(dead_code, reason = "only the mesh type is used here")]
 mod mesh_file;
 #[path = "../examples/common/shapes.rs"]
-#[allow(dead_code, reason = "random numbers are for other models too")]
+#[allow(dead_code, reason = "random directions are the other generators'")]
 mod shapes;
 
 /// How often each directed edge occurs.

@@ -1,7 +1,7 @@
 //! Caffeine: its electron density's surface and the charge on it.
 //!
 //! In: an edge length. Out: a smooth closed surface in ångströms, and a charge per vertex. Geometry and charges are
-//! those of `PubChem`, the National Library of Medicine's database: 3D conformer of compound 2519 (coordinates in Å) and its MMFF94
+//! `PubChem`'s, the National Library of Medicine's database: 3D conformer of compound 2519 (coordinates in Å) and its MMFF94
 //! partial charges (in elementary charges; those not listed there are 0).
 //! <https://pubchem.ncbi.nlm.nih.gov/compound/2519>
 

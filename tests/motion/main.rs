@@ -8,7 +8,6 @@ mod edited;
 mod life;
 mod pictures;
 mod probe;
-#[allow(dead_code, reason = "another test's, which uses all of it")]
 #[path = "../material/stage.rs"]
 mod stage;
 mod twins;
