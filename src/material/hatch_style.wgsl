@@ -10,7 +10,7 @@
 #import bevy_pbr::mesh_view_bindings::view
 #import bevy_field_patterns::families::crossed_share
 #import bevy_field_patterns::focus::{Focus, FOCUS_CUTOUT, focus_weight, limited}
-#import bevy_field_patterns::hatch_strokes::{crossed_shares, octaves_of, stroke_coverage}
+#import bevy_field_patterns::hatch_strokes::{MAX_OCTAVES, crossed_shares, octaves_of, stroke_coverage}
 #import bevy_field_patterns::noise::smooth_noise
 #import bevy_field_patterns::paint::Paint
 #import bevy_field_patterns::triangle_wave::Wave
@@ -32,8 +32,8 @@ const HAND_FRAME = mat3x3(
     vec3(-0.303, 0.848, 0.435),
     vec3(0.663, -0.140, 0.735),
 );
-// Strokes are not closer than this [pixels].
-const CLOSEST: f32 = 3.0;
+// Strokes that are spaced in pixels do not come closer than this share of their spacing.
+const CLOSEST: f32 = 0.33;
 
 struct Hatch {
     ink: vec4<f32>,
@@ -140,7 +140,7 @@ fn hand_at(wave: Wave, zoom: f32) -> Hand {
     let p = HAND_FREQUENCY * exp2(whole) * (HAND_FRAME * wave.position);
     let blend = mix(smooth_noise(p), smooth_noise(2.0 * p), t) / sqrt(1.0 - 2.0 * t * (1.0 - t));
     // Too fine to be seen: its mean.
-    let seen = 1.0 - smoothstep(0.3, 1.0, wave.footprint * exp2(zoom));
+    let seen = 1.0 - smoothstep(0.8, 2.5, wave.footprint * exp2(zoom));
     let noise = seen * clamp(blend, vec4(-1.0), vec4(1.0));
     return Hand(
         1.0 + hatch.hand.x * noise.w,
@@ -151,9 +151,11 @@ fn hand_at(wave: Wave, zoom: f32) -> Hand {
 }
 
 fn zoom_at(wave: Wave, place: Place) -> Zoom {
-    let periods = max(wave.frequency * place.rest_scale * pixel_size(place.world), 1e-20);
-    let asked = select(0.0, max(0.0, -log2(periods * max(hatch.strokes.z, 1e-3))), hatch.strokes.z > 0.0);
-    return Zoom(asked, max(asked, -log2(periods * CLOSEST)));
+    if hatch.strokes.z <= 0.0 {
+        return Zoom(0.0, MAX_OCTAVES);
+    }
+    let spacing = max(wave.frequency * place.rest_scale * pixel_size(place.world) * hatch.strokes.z, 1e-20);
+    return Zoom(max(0.0, -log2(spacing)), max(0.0, -log2(spacing * CLOSEST)));
 }
 
 // One family of strokes.
@@ -173,7 +175,7 @@ fn strokes_of(wave: Wave, share: f32, zoom: Zoom, hand: Hand) -> f32 {
 fn tapered(wave: Wave) -> f32 {
     let d = wave.direction - wave.normal * dot(wave.normal, wave.direction);
     let strain = length(wave.gradient - wave.frequency * d) / max(wave.frequency, 1e-20);
-    return 1.0 - smoothstep(0.25, 0.9, strain);
+    return 1.0 - smoothstep(0.4, 1.2, strain);
 }
 
 struct Crossed {

@@ -1,7 +1,7 @@
 //! A tensor's stripes on a GPU: colours and widths are those of the eigenvalues, limits are where they should be.
 
 use bevy::prelude::*;
-use bevy_field_patterns::{field::Symmetry, material::*, wave::Waves};
+use bevy_field_patterns::{material::*, wave::Waves};
 
 use crate::{
     Scene, WHITE,
@@ -38,20 +38,6 @@ pub fn over(extension: Tensor) -> TensorMaterial {
         },
         extension,
     }
-}
-
-/// A torus whose eigenvalues are waves over it.
-pub fn torus(scene: &mut Scene) -> (Handle<Mesh>, u32) {
-    let axis = Vec3::new(0.15, 1.0, 0.1).normalize();
-    let mut torus = Pattern::torus(0.4, 0.6, axis, 8.0, Symmetry::Line);
-    let values = torus
-        .positions
-        .iter()
-        .map(|p| Vec2::new(0.5 + 0.5 * (3.0 * p.x).sin(), 0.5 + 0.5 * (2.0 * p.z).cos()));
-    torus.scalars = values.collect();
-    let tag = scene.memory.push(&torus);
-    scene.upload();
-    (scene.torus_mesh.clone(), tag)
 }
 
 fn draw(scene: &mut Scene, mesh: &Handle<Mesh>, tag: u32, extension: Tensor, lens: Lens) -> Picture {
