@@ -6,7 +6,7 @@
 //! `wave.wgsl` evaluates the waves under a fragment (Eq. 13 and 14 of Lichtenberg et al. 2018). A style makes a `Paint` of
 //! them (`paint.wgsl`): `stripe_style.wgsl` by a periodic profile filtered over the pixel (`coverage.wgsl`),
 //! `texture_style.wgsl` by an image on two waves, `tensor_style.wgsl` by two eigenvalues. `pattern_material.wgsl` and `pattern_prepass.wgsl` put the paint of any
-//! style on a [`StandardMaterial`](bevy::pbr::StandardMaterial). The vertex shaders derive the triangle and the corner from
+//! style on a [`StandardMaterial`]. The vertex shaders derive the triangle and the corner from
 //! the vertex index, so the mesh drawn must have no indices.
 
 mod cell_options;

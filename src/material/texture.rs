@@ -55,7 +55,7 @@ use bevy::{
 /// * Half a turn is no mirror image: the letter S fits, the letter A does not.
 /// * A field that looks oriented, such as principal curvature on a tube, is a line field all the same: d may change its sign
 ///   from vertex to vertex. Set [`Symmetry::Vector`](crate::field::Symmetry) only where the sign is meant.
-/// * Anything that moves ([`travel`](Self::travel), [`offset`](Self::offset)) needs a vector field, and is refused on others
+/// * Anything that moves ([`travel`](PatternTexture::travel), [`offset`](PatternTexture::offset)) needs a vector field, and is refused on others
 ///   with [`PatternError::NeedsVectorSymmetry`](crate::error::PatternError::NeedsVectorSymmetry).
 /// * The two waves branch in different places. Near a branch of either the image fades to its mean; in a triangle that no
 ///   frame fits, at a singularity of the field, it is the blend of three views.

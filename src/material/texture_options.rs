@@ -45,7 +45,7 @@ impl Travel {
     /// Nothing moves.
     pub const REST: Self = Self::Periods(0.0);
 
-    /// The shifts [periods] along d and the weights of the two copies after `time` seconds at a point of the given
+    /// The shifts in periods along d and the weights of the two copies after `time` seconds at a point of the given
     /// `frequency` [periods per unit length]: the twin of `copy_of` in `texture_style.wgsl`.
     pub fn copies(self, frequency: f32, time: f32) -> [(f32, f32); 2] {
         match self {
