@@ -36,6 +36,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     run("Hatching", &cli.output, |app| {
         app.add_plugins(FieldPatternsPlugin)
+            .insert_resource(ClearColor(Color::srgb(0.90, 0.87, 0.80)))
             .insert_resource(View(Vec3::new(0.0, 0.1, 1.0)))
             .insert_resource(StrokeFrequency(cli.frequency))
             .add_systems(Startup, setup);
@@ -43,10 +44,19 @@ fn main() -> ExitCode {
     })
 }
 
+/// White paper, as bright as the camera's tone mapping asks for.
+const PAPER: LinearRgba = LinearRgba::rgb(2.6, 2.5, 2.3);
+
 /// Ink on paper, dark where little light falls.
 fn strokes() -> Hatch {
     Hatch {
-        tone: HatchTone::Light { light: 2.0, dark: 0.0 },
+        paper: PAPER,
+        tone: HatchTone::Light { light: 2.6, dark: 0.3 },
+        strokes: HatchStrokes {
+            cross_from: 0.25,
+            spacing: StrokeSpacing::Pixels(6.0),
+            ..default()
+        },
         outline: HatchOutline::solid(1.6),
         ..default()
     }
@@ -56,6 +66,7 @@ fn strokes() -> Hatch {
 fn dashed() -> Hatch {
     Hatch {
         ink: LinearRgba::rgb(0.02, 0.03, 0.10),
+        paper: PAPER,
         tone: HatchTone::Light { light: 0.8, dark: 0.0 },
         darkest: 0.5,
         outline: HatchOutline::dashed(2.0, 14.0),
@@ -95,7 +106,7 @@ fn setup(
             Subject,
             Mesh3d(mesh.clone()),
             MeshMaterial3d(material),
-            Transform::from_xyz(1.6 * k as f32, 0.0, 0.0),
+            Transform::from_xyz(2.0 * k as f32, 0.0, 0.0),
             DirectionField::PrincipalCurvature {
                 direction: Principal::Minor,
                 smoothing: 30,
