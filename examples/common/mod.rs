@@ -1,6 +1,12 @@
-//! What the examples share, so that each of them shows one use of the crate and little else:
-//! a command line ([`args`]), glTF files ([`gltf`]), rendering without a window ([`headless`]), mesh files ([`mesh_file`]),
-//! waiting for patterns ([`patterns`]), a camera with lights ([`scene`]) or for the plane ([`flat`]), meshes made by formula ([`shapes`]) and a blood vessel with its flow ([`vessel`]).
+//! What the examples share, so that each of them shows one use of the crate and little else.
+//!
+//! | | |
+//! |---|---|
+//! | to run | a command line ([`args`]), a time that stops for a picture ([`clock`]), rendering without a window ([`headless`]), waiting for patterns ([`patterns`]), what the device did ([`gpu`]) |
+//! | to look | a camera with lights ([`scene`]), or for the plane ([`flat`]) |
+//! | files | meshes ([`mesh_file`]), glTF with fields ([`gltf`]), and writing it ([`glb`]) |
+//! | by formula | [`shapes`], a [`vessel`] with its flow, a [`flag`], an [`instrument`] |
+//! | solids and their surfaces | [`implicit`], [`isosurface`], and with them a [`vessel_tree`], an [`aneurysm`], a [`hyperball`], [`organs`], a [`molecule`], a [`creature`] with its walk ([`creature_walk`]); [`points`] scanned from any of them |
 #![allow(
     dead_code,
     unreachable_pub,
