@@ -166,9 +166,11 @@ pub(super) fn add_mipmaps(
     mut image_changes: MessageReader<AssetEvent<Image>>,
     mut material_changes: MessageReader<AssetEvent<PatternTextureMaterial>>,
     mut materials: ResMut<Assets<PatternTextureMaterial>>,
-    mut images: ResMut<Assets<Image>>,
+    images: Option<ResMut<Assets<Image>>>,
     mut refused: Local<HashSet<AssetId<Image>>>,
 ) {
+    // Without a renderer there are none.
+    let Some(mut images) = images else { return };
     let mut changed = HashSet::new();
     for event in image_changes.read() {
         match *event {
