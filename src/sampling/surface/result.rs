@@ -11,7 +11,7 @@ use super::{
     walk::{Site, closest_weights},
 };
 use crate::{
-    sampling::SampleSet,
+    sampling::{SampleSet, metric::on_surface},
     surface::{SurfaceGraph, order::group},
 };
 use bevy::prelude::*;
@@ -33,9 +33,10 @@ pub(super) fn sample_set(
         let in_frame = corners.map(|v| mesh.positions[mesh.vertex_of[v as usize] as usize]);
         let weights = closest_weights(site.position, in_frame);
         set.positions.push(blend(corners, weights, &graph.positions));
-        set.normals.push(normal(graph, corners, weights));
+        let normal = normal(graph, corners, weights);
+        set.normals.push(normal);
         let metric = form::blend(corners.map(|v| &metrics[v as usize]), weights);
-        set.metrics.push(scaled(&metric, scale.metric));
+        set.metrics.push(scaled(&on_surface(&metric, normal), scale.metric));
         set.triangles.push(source);
         set.barycentrics.push(weights);
     }
