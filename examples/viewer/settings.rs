@@ -133,8 +133,11 @@ impl ViewerSettings {
     /// The look of a texture.
     pub fn texture(&self, assets: &AssetServer) -> PatternTexture {
         let moves = self.symmetry == Symmetry::Vector && self.waves() != Waves::Cross;
+        // The arrow is white.
+        let tint = if moves { srgb(self.stripe_color) } else { Color::WHITE };
         PatternTexture {
             image: assets.load(self.image()),
+            tint: tint.into(),
             travel: Travel::Periods(if moves { self.speed } else { 0.0 }),
             ..default()
         }
