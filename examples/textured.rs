@@ -113,7 +113,7 @@ fn spawn(
         ),
         Look::Chevrons => {
             let raised = PatternTexture {
-                drive: StripeDrive {
+                drive: PatternDrive {
                     bump: 0.012,
                     roughness: -0.2,
                     ..default()

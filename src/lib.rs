@@ -82,9 +82,9 @@ pub mod prelude {
         },
         material::{
             BorderWidth, CellDebug, CellFill, CellMaterial, CellMaterial2d, CellShape, CellTexture, Cells, ColorMap,
-            DebugStyle, Focus, FocusShape, FocusSource, Patches, PatternMaterialPlugin, PatternTexture,
-            PatternTextureMaterial, Profile, ScalarChannel, ScalarColor, StripeDrive, StripeMaterial, StripeWaves,
-            Stripes, TextureFade, TextureHeight, TileChoice, Travel,
+            DebugStyle, Focus, FocusShape, FocusSource, Patches, PatternDrive, PatternMaterialPlugin, PatternTexture,
+            PatternTextureMaterial, Profile, ScalarChannel, ScalarColor, StripeMaterial, StripeWaves, Stripes,
+            TextureFade, TextureHeight, TileChoice, Travel,
         },
         material::{
             ChromaDepth, DashAlong, DistanceFrom, Eigenvalue, Hatch, HatchHand, HatchMaterial, HatchOutline,

@@ -125,7 +125,6 @@ impl Plugin for PatternScenePlugin {
         add_style::<PatternTexture>(app);
         add_style::<Hatch>(app);
         add_style::<Tensor>(app);
-        app.add_systems(PostUpdate, carry_focus.in_set(SceneSystems).before(restyle::<Stripes>));
     }
 }
 
@@ -146,7 +145,9 @@ fn add_style<S: SceneStyle>(app: &mut App) {
         )
         .add_systems(
             PostUpdate,
-            (restyle::<S>, dress_parts::<S>).chain().in_set(SceneSystems),
+            (carry_focus::<S>, restyle::<S>, dress_parts::<S>)
+                .chain()
+                .in_set(SceneSystems),
         );
 }
 
@@ -161,13 +162,16 @@ impl<S: SceneStyle> Default for SceneMaterials<S> {
 }
 
 /// Writes the region of a focus that an entity carries along into the styles of its scenes, where it differs.
-fn carry_focus(sources: Query<(&FocusSource, &GlobalTransform)>, mut scenes: Query<&mut PatternScene>) {
+fn carry_focus<S: SceneStyle>(
+    sources: Query<(&FocusSource<S>, &GlobalTransform)>,
+    mut scenes: Query<&mut StyledScene<S>>,
+) {
     for (source, transform) in &sources {
         let shape = source.shape.transformed(&transform.affine());
         let mut scenes = scenes.iter_many_mut(&source.scenes);
         while let Some(mut scene) = scenes.fetch_next() {
-            if scene.style.focus.shape != shape {
-                scene.style.focus.shape = shape;
+            if scene.style.focus().shape != shape {
+                scene.style.focus_mut().shape = shape;
             }
         }
     }

@@ -390,7 +390,7 @@ fn a_focus_reaches_the_materials_of_a_scene() {
         .world_mut()
         .spawn((Mesh3d(ball), MeshMaterial3d(base), Transform::default(), axis_scene()))
         .id();
-    let source = FocusSource {
+    let source = FocusSource::<Stripes> {
         scenes: vec![root],
         ..FocusSource::sphere(0.5, [])
     };

@@ -99,7 +99,7 @@ impl ViewerSettings {
                 Shape::Sawtooth | Shape::Square => Profile::Square,
             },
             phase_speed: if is_vector { self.speed } else { 0.0 },
-            drive: StripeDrive {
+            drive: PatternDrive {
                 bump: self.bump * period,
                 ..default()
             },

@@ -5,26 +5,19 @@
 //! entity's; a material can be shared by any number of entities.
 
 use super::{
-    BorderWidth, CellDebug, CellFill, CellShape, CellTexture, MAX_PALETTE, TileChoice, pattern_prepass_vertex_shader,
-    pattern_vertex_shader,
+    BorderWidth, CellDebug, CellFill, CellShape, CellTexture, MAX_PALETTE, TileChoice,
+    binding::{bind_as, pattern_shaders},
 };
 use crate::cells::layout::{CELL_BUFFER, SITE_BUFFER};
 use bevy::{
-    ecs::system::{SystemParamItem, lifetimeless::SRes},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
     prelude::*,
     render::{
-        render_asset::RenderAssets,
-        render_resource::{
-            AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, RenderPipelineDescriptor, ShaderType,
-            SpecializedMeshPipelineError, UnpreparedBindGroup,
-        },
-        renderer::RenderDevice,
-        storage::{GpuShaderBuffer, ShaderBuffer},
-        texture::{FallbackImage, GpuImage},
+        render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
+        storage::ShaderBuffer,
     },
-    shader::{ShaderDefVal, ShaderRef},
+    shader::ShaderDefVal,
 };
 
 /// [`StandardMaterial`] with the cells of the entity's [`SampleSet`](crate::sampling::SampleSet). Entities without samples
@@ -224,67 +217,24 @@ struct CellsBinding {
     image: Option<Handle<Image>>,
 }
 
-impl AsBindGroup for Cells {
-    type Data = CellsKey;
-    type Param = (
-        SRes<RenderAssets<GpuImage>>,
-        SRes<FallbackImage>,
-        SRes<RenderAssets<GpuShaderBuffer>>,
-    );
-
-    fn label() -> &'static str {
-        "cells"
-    }
-
-    fn bind_group_data(&self) -> CellsKey {
-        self.key()
-    }
-
-    fn unprepared_bind_group(
-        &self,
-        layout: &BindGroupLayout,
-        render_device: &RenderDevice,
-        param: &mut SystemParamItem<'_, '_, Self::Param>,
-        force_no_bindless: bool,
-    ) -> Result<UnpreparedBindGroup, AsBindGroupError> {
-        let binding = CellsBinding {
+impl Cells {
+    fn binding(&self) -> CellsBinding {
+        CellsBinding {
             cells: CELL_BUFFER,
             sites: SITE_BUFFER,
             style: self.uniform(),
             image: self.image(),
-        };
-        binding.unprepared_bind_group(layout, render_device, param, force_no_bindless)
-    }
-
-    fn bind_group_layout_entries(render_device: &RenderDevice, force_no_bindless: bool) -> Vec<BindGroupLayoutEntry> {
-        CellsBinding::bind_group_layout_entries(render_device, force_no_bindless)
+        }
     }
 }
 
+bind_as!(Cells => CellsBinding, CellsKey, "cells");
+
 impl MaterialExtension for Cells {
-    fn vertex_shader() -> ShaderRef {
-        pattern_vertex_shader()
-    }
-
-    fn fragment_shader() -> ShaderRef {
-        super::embedded("cells_material.wgsl")
-    }
-
-    fn prepass_vertex_shader() -> ShaderRef {
-        pattern_prepass_vertex_shader()
-    }
-
-    fn prepass_fragment_shader() -> ShaderRef {
+    pattern_shaders!(
+        super::embedded("cells_material.wgsl"),
         super::embedded("cells_prepass.wgsl")
-    }
-
-    fn deferred_vertex_shader() -> ShaderRef {
-        pattern_prepass_vertex_shader()
-    }
-
-    fn deferred_fragment_shader() -> ShaderRef {
-        super::embedded("cells_material.wgsl")
-    }
+    );
 
     fn specialize(
         _: &MaterialExtensionPipeline,

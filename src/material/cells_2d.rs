@@ -2,24 +2,17 @@
 //!
 //! In: [`Cells`] and a base colour or image. Out: uniforms, images and the two shared buffers for `cells_2d.wgsl`.
 
-use super::{Cells, CellsKey, cells::CellsUniform};
+use super::{Cells, CellsKey, binding::bind_as, cells::CellsUniform};
 use crate::cells::{
     ATTRIBUTE_TRIANGLE,
     layout::{CELL_BUFFER, SITE_BUFFER},
 };
 use bevy::{
-    ecs::system::{SystemParamItem, lifetimeless::SRes},
     mesh::MeshVertexBufferLayoutRef,
     prelude::*,
     render::{
-        render_asset::RenderAssets,
-        render_resource::{
-            AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, RenderPipelineDescriptor, ShaderType,
-            SpecializedMeshPipelineError, UnpreparedBindGroup,
-        },
-        renderer::RenderDevice,
-        storage::{GpuShaderBuffer, ShaderBuffer},
-        texture::{FallbackImage, GpuImage},
+        render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
+        storage::ShaderBuffer,
     },
     shader::ShaderRef,
     sprite_render::{AlphaMode2d, Material2d, Material2dKey},
@@ -89,30 +82,13 @@ struct Binding {
     texture: Option<Handle<Image>>,
 }
 
-impl AsBindGroup for CellMaterial2d {
-    type Data = CellsKey;
-    type Param = (
-        SRes<RenderAssets<GpuImage>>,
-        SRes<FallbackImage>,
-        SRes<RenderAssets<GpuShaderBuffer>>,
-    );
-
-    fn label() -> &'static str {
-        "cells_2d"
-    }
-
-    fn bind_group_data(&self) -> CellsKey {
+impl CellMaterial2d {
+    fn key(&self) -> CellsKey {
         self.cells.key()
     }
 
-    fn unprepared_bind_group(
-        &self,
-        layout: &BindGroupLayout,
-        render_device: &RenderDevice,
-        param: &mut SystemParamItem<'_, '_, Self::Param>,
-        force_no_bindless: bool,
-    ) -> Result<UnpreparedBindGroup, AsBindGroupError> {
-        let binding = Binding {
+    fn binding(&self) -> Binding {
+        Binding {
             cells: CELL_BUFFER,
             sites: SITE_BUFFER,
             style: self.cells.uniform(),
@@ -123,14 +99,11 @@ impl AsBindGroup for CellMaterial2d {
                 opaque: u32::from(self.alpha_mode() != AlphaMode2d::Blend),
             },
             texture: self.texture.clone(),
-        };
-        binding.unprepared_bind_group(layout, render_device, param, force_no_bindless)
-    }
-
-    fn bind_group_layout_entries(render_device: &RenderDevice, force_no_bindless: bool) -> Vec<BindGroupLayoutEntry> {
-        Binding::bind_group_layout_entries(render_device, force_no_bindless)
+        }
     }
 }
+
+bind_as!(CellMaterial2d => Binding, CellsKey, "cells_2d");
 
 impl Material2d for CellMaterial2d {
     fn vertex_shader() -> ShaderRef {

@@ -3,29 +3,30 @@
 //! In: a [`FocusSource`] and the entity's `GlobalTransform`. Out: the region of the [`Focus`](super::Focus) of the
 //! materials and the scenes it names, in world space. Uniforms change, nothing is solved again.
 
-use super::{FocusShape, StripeMaterial};
+use super::{FocusShape, SceneStyle, Stripes, Styled};
 use bevy::{math::Affine3A, prelude::*};
 
-/// The region of focus of materials moves, turns and scales with this entity.
+/// The region of focus of materials of one style moves, turns and scales with this entity.
 ///
 /// Border, inversion and what the focus limits are each material's own. Of two sources of one material, one wins. The
-/// materials of a [`PatternScene`](crate::scene::PatternScene) are the scene's own: name the scene instead.
+/// materials of a [`StyledScene`](crate::scene::StyledScene) are the scene's own: name the scene instead. An entity can
+/// carry a source for each style.
 #[derive(Component, Reflect, Debug, Clone, PartialEq, Default)]
 #[reflect(Component, Default, Debug, Clone, PartialEq)]
 #[require(Transform)]
-pub struct FocusSource {
+pub struct FocusSource<S: SceneStyle = Stripes> {
     /// The region in the entity's own space. Default [`FocusShape::Everywhere`].
     pub shape: FocusShape,
     /// The materials whose focus it sets. Default: none.
-    pub materials: Vec<Handle<StripeMaterial>>,
-    /// The entities with a [`PatternScene`](crate::scene::PatternScene) whose style's focus it sets. Default: none.
+    pub materials: Vec<Handle<Styled<S>>>,
+    /// The entities with a [`StyledScene`](crate::scene::StyledScene) whose style's focus it sets. Default: none.
     #[entities]
     pub scenes: Vec<Entity>,
 }
 
-impl FocusSource {
+impl<S: SceneStyle> FocusSource<S> {
     /// A ball of `radius` (in the entity's own unit, 0 or more) about the entity's origin.
-    pub fn sphere(radius: f32, materials: impl IntoIterator<Item = Handle<StripeMaterial>>) -> Self {
+    pub fn sphere(radius: f32, materials: impl IntoIterator<Item = Handle<Styled<S>>>) -> Self {
         Self {
             shape: FocusShape::Sphere {
                 center: Vec3::ZERO,
@@ -37,7 +38,7 @@ impl FocusSource {
     }
 
     /// All that lies before the entity: the side of the plane through it that its forward direction (-z) points to.
-    pub fn half_space(materials: impl IntoIterator<Item = Handle<StripeMaterial>>) -> Self {
+    pub fn half_space(materials: impl IntoIterator<Item = Handle<Styled<S>>>) -> Self {
         Self {
             shape: FocusShape::HalfSpace {
                 normal: Dir3::NEG_Z,
@@ -76,18 +77,18 @@ impl FocusShape {
 }
 
 /// Writes the region to the materials where it differs.
-pub(super) fn carry_focus(
-    sources: Query<(&FocusSource, &GlobalTransform)>,
-    mut materials: ResMut<Assets<StripeMaterial>>,
+pub(super) fn carry_focus<S: SceneStyle>(
+    sources: Query<(&FocusSource<S>, &GlobalTransform)>,
+    mut materials: ResMut<Assets<Styled<S>>>,
 ) {
     for (source, transform) in &sources {
         let shape = source.shape.transformed(&transform.affine());
         for handle in &source.materials {
-            let differs = |material: &StripeMaterial| material.extension.focus.shape != shape;
+            let differs = |material: &Styled<S>| material.extension.focus().shape != shape;
             if materials.get(handle).is_some_and(differs)
                 && let Some(mut material) = materials.get_mut(handle)
             {
-                material.extension.focus.shape = shape;
+                material.extension.focus_mut().shape = shape;
             }
         }
     }

@@ -5,10 +5,11 @@
 //! (`hatch_strokes.wgsl`), and lines where the surface turns out of sight (`hatch_outline.wgsl`).
 
 use super::{
-    DistanceFrom, FocusShape, Hatch, HatchTone, ToneSource,
+    DistanceFrom, Focus, FocusShape, Hatch, HatchTone, ToneSource,
+    binding::{bind_as, pattern_shaders},
     focus::FocusUniform,
     hatch_options::{apart, carry_tone},
-    pattern_prepass_fragment_shader, pattern_prepass_vertex_shader, pattern_vertex_shader,
+    pattern_prepass_fragment_shader,
     style::{WaveStyle, WaveStylePlugin, select_variant},
 };
 use crate::wave::{
@@ -17,21 +18,13 @@ use crate::wave::{
 };
 use bevy::{
     asset::{AssetEventSystems, embedded_asset},
-    ecs::system::{SystemParamItem, lifetimeless::SRes},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline, MaterialPlugin},
     prelude::*,
     render::{
-        render_asset::RenderAssets,
-        render_resource::{
-            AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, RenderPipelineDescriptor, ShaderType,
-            SpecializedMeshPipelineError, UnpreparedBindGroup,
-        },
-        renderer::RenderDevice,
-        storage::{GpuShaderBuffer, ShaderBuffer},
-        texture::{FallbackImage, GpuImage},
+        render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
+        storage::ShaderBuffer,
     },
-    shader::ShaderRef,
 };
 
 /// [`StandardMaterial`] drawn with strokes along the entity's wave: those of a darker tone contain those of a lighter one,
@@ -155,19 +148,8 @@ pub struct HatchKey {
     outline: bool,
 }
 
-impl AsBindGroup for Hatch {
-    type Data = HatchKey;
-    type Param = (
-        SRes<RenderAssets<GpuImage>>,
-        SRes<FallbackImage>,
-        SRes<RenderAssets<GpuShaderBuffer>>,
-    );
-
-    fn label() -> &'static str {
-        "hatch"
-    }
-
-    fn bind_group_data(&self) -> HatchKey {
+impl Hatch {
+    fn key(&self) -> HatchKey {
         let light = matches!(self.tone, HatchTone::Light { .. });
         HatchKey {
             light,
@@ -176,24 +158,19 @@ impl AsBindGroup for Hatch {
             outline: self.outline.width > 0.0,
         }
     }
-
-    fn unprepared_bind_group(
-        &self,
-        layout: &BindGroupLayout,
-        render_device: &RenderDevice,
-        param: &mut SystemParamItem<'_, '_, Self::Param>,
-        force_no_bindless: bool,
-    ) -> Result<UnpreparedBindGroup, AsBindGroupError> {
-        self.binding()
-            .unprepared_bind_group(layout, render_device, param, force_no_bindless)
-    }
-
-    fn bind_group_layout_entries(render_device: &RenderDevice, force_no_bindless: bool) -> Vec<BindGroupLayoutEntry> {
-        HatchBinding::bind_group_layout_entries(render_device, force_no_bindless)
-    }
 }
 
+bind_as!(Hatch => HatchBinding, HatchKey, "hatch");
+
 impl WaveStyle for Hatch {
+    fn focus(&self) -> &Focus {
+        &self.focus
+    }
+
+    fn focus_mut(&mut self) -> &mut Focus {
+        &mut self.focus
+    }
+
     fn needs(&self) -> StyleNeeds {
         StyleNeeds::default()
     }
@@ -208,29 +185,7 @@ impl WaveStyle for Hatch {
 }
 
 impl MaterialExtension for Hatch {
-    fn vertex_shader() -> ShaderRef {
-        pattern_vertex_shader()
-    }
-
-    fn fragment_shader() -> ShaderRef {
-        super::embedded("hatch.wgsl")
-    }
-
-    fn prepass_vertex_shader() -> ShaderRef {
-        pattern_prepass_vertex_shader()
-    }
-
-    fn prepass_fragment_shader() -> ShaderRef {
-        pattern_prepass_fragment_shader()
-    }
-
-    fn deferred_vertex_shader() -> ShaderRef {
-        pattern_prepass_vertex_shader()
-    }
-
-    fn deferred_fragment_shader() -> ShaderRef {
-        super::embedded("hatch.wgsl")
-    }
+    pattern_shaders!(super::embedded("hatch.wgsl"), pattern_prepass_fragment_shader());
 
     fn specialize(
         _: &MaterialExtensionPipeline,

@@ -5,10 +5,11 @@
 //! `cells.wgsl` finds the cell under a fragment, `cell_style.wgsl` and `cell_paint.wgsl` make a colour of it.
 //! `wave.wgsl` evaluates the waves under a fragment (Eq. 13 and 14 of Lichtenberg et al. 2018). A style makes a `Paint` of
 //! them (`paint.wgsl`): `stripe_style.wgsl` by a periodic profile filtered over the pixel (`coverage.wgsl`),
-//! `texture_style.wgsl` by an image on two waves, `tensor_style.wgsl` by two eigenvalues. `pattern_material.wgsl` and `pattern_prepass.wgsl` put the paint of any
-//! style on a [`StandardMaterial`]. The vertex shaders derive the triangle and the corner from
-//! the vertex index, so the mesh drawn must have no indices.
+//! `texture_style.wgsl` by an image on two waves, `tensor_style.wgsl` by two eigenvalues, `hatch_style.wgsl` by strokes.
+//! `pattern_material.wgsl` and `pattern_prepass.wgsl` put the paint of any style on a [`StandardMaterial`]. The vertex
+//! shaders derive the triangle and the corner from the vertex index, so the mesh drawn must have no indices.
 
+mod binding;
 mod cell_options;
 mod cells;
 mod cells_2d;
@@ -68,14 +69,7 @@ impl Plugin for StripeMaterialPlugin {
             WaveStylePlugin::<Stripes>::default(),
         ))
         .register_type::<Stripes>()
-        .register_type::<FocusSource>()
-        .register_asset_reflect::<StripeMaterial>()
-        .add_systems(
-            PostUpdate,
-            focus_source::carry_focus
-                .after(TransformSystems::Propagate)
-                .before(AssetEventSystems),
-        );
+        .register_asset_reflect::<StripeMaterial>();
     }
 }
 

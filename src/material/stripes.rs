@@ -6,8 +6,9 @@
 
 use super::{
     Focus,
+    binding::{bind_as, pattern_shaders},
     focus::FocusUniform,
-    pattern_fragment_shader, pattern_prepass_fragment_shader, pattern_prepass_vertex_shader, pattern_vertex_shader,
+    pattern_fragment_shader, pattern_prepass_fragment_shader,
     style::{WaveStyle, select_variant},
 };
 use crate::wave::{
@@ -15,21 +16,13 @@ use crate::wave::{
     layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER},
 };
 use bevy::{
-    ecs::system::{SystemParamItem, lifetimeless::SRes},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline},
     prelude::*,
     render::{
-        render_asset::RenderAssets,
-        render_resource::{
-            AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, RenderPipelineDescriptor, ShaderType,
-            SpecializedMeshPipelineError, UnpreparedBindGroup,
-        },
-        renderer::RenderDevice,
-        storage::{GpuShaderBuffer, ShaderBuffer},
-        texture::{FallbackImage, GpuImage},
+        render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
+        storage::ShaderBuffer,
     },
-    shader::ShaderRef,
 };
 
 /// [`StandardMaterial`] with stripes that follow the entity's field. Entities without a pattern, or whose pattern is not
@@ -87,7 +80,7 @@ pub enum StripeWaves {
 /// What a stripe changes on the base material.
 #[derive(Reflect, Debug, Clone, Copy, PartialEq)]
 #[reflect(Default, Clone, PartialEq)]
-pub struct StripeDrive {
+pub struct PatternDrive {
     /// Opacity of the colours over the base colour, 0..=1. Default 1.
     pub base_color: f32,
     /// Light that stripes and gaps emit: their colours times this, as [`StandardMaterial::emissive`]. 0 or more, default 0.
@@ -98,7 +91,7 @@ pub struct StripeDrive {
     pub bump: f32,
 }
 
-impl Default for StripeDrive {
+impl Default for PatternDrive {
     fn default() -> Self {
         Self {
             base_color: 1.0,
@@ -153,7 +146,7 @@ pub struct Stripes {
     /// How fast the pattern travels along d, in periods per second. Needs a vector field. Default 0.
     pub phase_speed: f32,
     /// What the stripes drive. Default: the base colour.
-    pub drive: StripeDrive,
+    pub drive: PatternDrive,
     /// Cut the gaps out, in the picture and in shadows. An opaque base gets `AlphaMode::Mask(0.5)` meanwhile. Default `false`.
     pub cutout: bool,
     /// Filter the profile over the pixel. Without it every pixel shows one point of the pattern, which is right where a
@@ -176,7 +169,7 @@ impl Default for Stripes {
             waves: StripeWaves::First,
             phase_offset: 0.0,
             phase_speed: 0.0,
-            drive: StripeDrive::default(),
+            drive: PatternDrive::default(),
             cutout: false,
             anti_aliasing: true,
             focus: Focus::default(),
@@ -277,19 +270,8 @@ pub struct StripesKey {
     debug: bool,
 }
 
-impl AsBindGroup for Stripes {
-    type Data = StripesKey;
-    type Param = (
-        SRes<RenderAssets<GpuImage>>,
-        SRes<FallbackImage>,
-        SRes<RenderAssets<GpuShaderBuffer>>,
-    );
-
-    fn label() -> &'static str {
-        "stripes"
-    }
-
-    fn bind_group_data(&self) -> StripesKey {
+impl Stripes {
+    fn key(&self) -> StripesKey {
         StripesKey {
             image: self.profile.image().is_some(),
             cutout: self.cutout,
@@ -297,47 +279,12 @@ impl AsBindGroup for Stripes {
             debug: self.debug != DebugStyle::None,
         }
     }
-
-    fn unprepared_bind_group(
-        &self,
-        layout: &BindGroupLayout,
-        render_device: &RenderDevice,
-        param: &mut SystemParamItem<'_, '_, Self::Param>,
-        force_no_bindless: bool,
-    ) -> Result<UnpreparedBindGroup, AsBindGroupError> {
-        self.binding()
-            .unprepared_bind_group(layout, render_device, param, force_no_bindless)
-    }
-
-    fn bind_group_layout_entries(render_device: &RenderDevice, force_no_bindless: bool) -> Vec<BindGroupLayoutEntry> {
-        StripesBinding::bind_group_layout_entries(render_device, force_no_bindless)
-    }
 }
 
+bind_as!(Stripes => StripesBinding, StripesKey, "stripes");
+
 impl MaterialExtension for Stripes {
-    fn vertex_shader() -> ShaderRef {
-        pattern_vertex_shader()
-    }
-
-    fn fragment_shader() -> ShaderRef {
-        pattern_fragment_shader()
-    }
-
-    fn prepass_vertex_shader() -> ShaderRef {
-        pattern_prepass_vertex_shader()
-    }
-
-    fn prepass_fragment_shader() -> ShaderRef {
-        pattern_prepass_fragment_shader()
-    }
-
-    fn deferred_vertex_shader() -> ShaderRef {
-        pattern_prepass_vertex_shader()
-    }
-
-    fn deferred_fragment_shader() -> ShaderRef {
-        pattern_fragment_shader()
-    }
+    pattern_shaders!(pattern_fragment_shader(), pattern_prepass_fragment_shader());
 
     fn specialize(
         _: &MaterialExtensionPipeline,
@@ -364,6 +311,14 @@ impl MaterialExtension for Stripes {
 }
 
 impl WaveStyle for Stripes {
+    fn focus(&self) -> &Focus {
+        &self.focus
+    }
+
+    fn focus_mut(&mut self) -> &mut Focus {
+        &mut self.focus
+    }
+
     fn needs(&self) -> StyleNeeds {
         StyleNeeds {
             vector: self.requires_vector_symmetry(),

@@ -3,7 +3,7 @@
 //! In: materials that extend [`StandardMaterial`] by a [`WaveStyle`]. Out: what a style asks of an entity's pattern, told to
 //! the solver as [`StyleNeeds`], and bases that may discard where a style cuts out, drawn forward where it needs the light.
 
-use super::PatternMaterialPlugin;
+use super::{Focus, FocusSource, PatternMaterialPlugin, focus_source::carry_focus};
 use crate::{field::DirectionField, wave::StyleNeeds};
 use bevy::{
     asset::AssetEventSystems,
@@ -17,7 +17,10 @@ use bevy::{
 use std::{fmt::Debug, marker::PhantomData};
 
 /// A style that is drawn by `pattern_material.wgsl` and `pattern_prepass.wgsl`.
-pub(super) trait WaveStyle: MaterialExtension {
+pub(super) trait WaveStyle: MaterialExtension + Reflectable + FromReflect + Default + Debug + PartialEq {
+    /// Where the style applies.
+    fn focus(&self) -> &Focus;
+    fn focus_mut(&mut self) -> &mut Focus;
     /// What the style asks of a pattern.
     fn needs(&self) -> StyleNeeds;
     /// Whether the style discards fragments.
@@ -31,10 +34,23 @@ pub(super) trait WaveStyle: MaterialExtension {
 /// A [`StandardMaterial`] with a style of waves.
 pub type Styled<S> = ExtendedMaterial<StandardMaterial, S>;
 
-/// A style that a [`StyledScene`](crate::scene::StyledScene) can give to its meshes.
-pub trait SceneStyle: MaterialExtension + Reflectable + FromReflect + Default + Debug + PartialEq {}
+/// A style that a [`StyledScene`](crate::scene::StyledScene) can give to its meshes and a [`FocusSource`] can limit.
+pub trait SceneStyle: MaterialExtension + Reflectable + FromReflect + Default + Debug + PartialEq {
+    /// Where the style applies.
+    fn focus(&self) -> &Focus;
+    /// Where the style applies, to be changed.
+    fn focus_mut(&mut self) -> &mut Focus;
+}
 
-impl<S: WaveStyle + Reflectable + FromReflect + Default + Debug + PartialEq> SceneStyle for S {}
+impl<S: WaveStyle> SceneStyle for S {
+    fn focus(&self) -> &Focus {
+        WaveStyle::focus(self)
+    }
+
+    fn focus_mut(&mut self) -> &mut Focus {
+        WaveStyle::focus_mut(self)
+    }
+}
 
 /// Adds shader definitions to a fragment shader, those that are true.
 pub(super) fn select_variant(descriptor: &mut RenderPipelineDescriptor, variants: &[(bool, &'static str)]) {
@@ -56,7 +72,16 @@ impl<S> Default for WaveStylePlugin<S> {
 impl<S: WaveStyle> Plugin for WaveStylePlugin<S> {
     fn build(&self, app: &mut App) {
         app.add_plugins(PatternMaterialPlugin::<Styled<S>>::default())
-            .add_systems(PostUpdate, fit_bases::<S>.after(AssetEventSystems))
+            .register_type::<FocusSource<S>>()
+            .add_systems(
+                PostUpdate,
+                (
+                    carry_focus::<S>
+                        .after(TransformSystems::Propagate)
+                        .before(AssetEventSystems),
+                    fit_bases::<S>.after(AssetEventSystems),
+                ),
+            )
             .add_systems(Last, declare_needs::<S>)
             .add_observer(withdraw_needs::<S>);
     }

@@ -6,9 +6,10 @@
 
 use super::{
     Focus, StripeWaves,
+    binding::{bind_as, pattern_shaders},
     focus::FocusUniform,
     hatch_options::apart,
-    pattern_fragment_shader, pattern_prepass_fragment_shader, pattern_prepass_vertex_shader, pattern_vertex_shader,
+    pattern_fragment_shader, pattern_prepass_fragment_shader,
     style::{WaveStyle, WaveStylePlugin, select_variant},
 };
 use crate::wave::{
@@ -16,21 +17,13 @@ use crate::wave::{
     layout::{GEOMETRY_BUFFER, SURFACE_BUFFER, WAVE_BUFFER},
 };
 use bevy::{
-    ecs::system::{SystemParamItem, lifetimeless::SRes},
     mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension, MaterialExtensionKey, MaterialExtensionPipeline, MaterialPlugin},
     prelude::*,
     render::{
-        render_asset::RenderAssets,
-        render_resource::{
-            AsBindGroup, AsBindGroupError, BindGroupLayout, BindGroupLayoutEntry, RenderPipelineDescriptor, ShaderType,
-            SpecializedMeshPipelineError, UnpreparedBindGroup,
-        },
-        renderer::RenderDevice,
-        storage::{GpuShaderBuffer, ShaderBuffer},
-        texture::{FallbackImage, GpuImage},
+        render_resource::{AsBindGroup, RenderPipelineDescriptor, ShaderType, SpecializedMeshPipelineError},
+        storage::ShaderBuffer,
     },
-    shader::ShaderRef,
 };
 
 /// [`StandardMaterial`] with stripes that show two eigenvalues. Entities without a pattern, or whose pattern is not solved
@@ -258,39 +251,23 @@ pub struct TensorKey {
     cutout: bool,
 }
 
-impl AsBindGroup for Tensor {
-    type Data = TensorKey;
-    type Param = (
-        SRes<RenderAssets<GpuImage>>,
-        SRes<FallbackImage>,
-        SRes<RenderAssets<GpuShaderBuffer>>,
-    );
-
-    fn label() -> &'static str {
-        "tensor"
-    }
-
-    fn bind_group_data(&self) -> TensorKey {
+impl Tensor {
+    fn key(&self) -> TensorKey {
         TensorKey { cutout: self.cutout }
-    }
-
-    fn unprepared_bind_group(
-        &self,
-        layout: &BindGroupLayout,
-        render_device: &RenderDevice,
-        param: &mut SystemParamItem<'_, '_, Self::Param>,
-        force_no_bindless: bool,
-    ) -> Result<UnpreparedBindGroup, AsBindGroupError> {
-        self.binding()
-            .unprepared_bind_group(layout, render_device, param, force_no_bindless)
-    }
-
-    fn bind_group_layout_entries(render_device: &RenderDevice, force_no_bindless: bool) -> Vec<BindGroupLayoutEntry> {
-        TensorBinding::bind_group_layout_entries(render_device, force_no_bindless)
     }
 }
 
+bind_as!(Tensor => TensorBinding, TensorKey, "tensor");
+
 impl WaveStyle for Tensor {
+    fn focus(&self) -> &Focus {
+        &self.focus
+    }
+
+    fn focus_mut(&mut self) -> &mut Focus {
+        &mut self.focus
+    }
+
     fn needs(&self) -> StyleNeeds {
         StyleNeeds::default()
     }
@@ -301,29 +278,7 @@ impl WaveStyle for Tensor {
 }
 
 impl MaterialExtension for Tensor {
-    fn vertex_shader() -> ShaderRef {
-        pattern_vertex_shader()
-    }
-
-    fn fragment_shader() -> ShaderRef {
-        pattern_fragment_shader()
-    }
-
-    fn prepass_vertex_shader() -> ShaderRef {
-        pattern_prepass_vertex_shader()
-    }
-
-    fn prepass_fragment_shader() -> ShaderRef {
-        pattern_prepass_fragment_shader()
-    }
-
-    fn deferred_vertex_shader() -> ShaderRef {
-        pattern_prepass_vertex_shader()
-    }
-
-    fn deferred_fragment_shader() -> ShaderRef {
-        pattern_fragment_shader()
-    }
+    pattern_shaders!(pattern_fragment_shader(), pattern_prepass_fragment_shader());
 
     fn specialize(
         _: &MaterialExtensionPipeline,

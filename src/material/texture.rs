@@ -6,9 +6,10 @@
 //! number of entities.
 
 use super::{
-    Focus, MAX_COLOR_STOPS, Patches, ScalarChannel, ScalarColor, StripeDrive, TextureFade, TextureHeight, Travel,
+    Focus, MAX_COLOR_STOPS, Patches, PatternDrive, ScalarChannel, ScalarColor, TextureFade, TextureHeight, Travel,
+    binding::pattern_shaders,
     focus::FocusUniform,
-    pattern_fragment_shader, pattern_prepass_fragment_shader, pattern_prepass_vertex_shader, pattern_vertex_shader,
+    pattern_fragment_shader, pattern_prepass_fragment_shader,
     style::{WaveStyle, select_variant},
 };
 use crate::wave::{
@@ -31,7 +32,6 @@ use bevy::{
         storage::{GpuShaderBuffer, ShaderBuffer},
         texture::{FallbackImage, GpuImage},
     },
-    shader::ShaderRef,
 };
 
 /// [`StandardMaterial`] with an image in every period cell of the entity's two waves, so the entity needs
@@ -85,7 +85,7 @@ pub struct PatternTexture {
     /// Takes the image for an atlas, and chooses a tile for each period cell by a scalar. Default: none.
     pub patches: Option<Patches>,
     /// What the image drives, where it is opaque. Default: the base colour.
-    pub drive: StripeDrive,
+    pub drive: PatternDrive,
     /// What the height of a bump follows. Default: alpha.
     pub height: TextureHeight,
     /// Cut out where the image is transparent, in the picture and in shadows. An opaque base gets `AlphaMode::Mask(0.5)`
@@ -108,7 +108,7 @@ impl Default for PatternTexture {
             fade: None,
             color: None,
             patches: None,
-            drive: StripeDrive::default(),
+            drive: PatternDrive::default(),
             height: TextureHeight::Alpha,
             cutout: false,
             anti_aliasing: true,
@@ -296,29 +296,7 @@ impl AsBindGroup for PatternTexture {
 }
 
 impl MaterialExtension for PatternTexture {
-    fn vertex_shader() -> ShaderRef {
-        pattern_vertex_shader()
-    }
-
-    fn fragment_shader() -> ShaderRef {
-        pattern_fragment_shader()
-    }
-
-    fn prepass_vertex_shader() -> ShaderRef {
-        pattern_prepass_vertex_shader()
-    }
-
-    fn prepass_fragment_shader() -> ShaderRef {
-        pattern_prepass_fragment_shader()
-    }
-
-    fn deferred_vertex_shader() -> ShaderRef {
-        pattern_prepass_vertex_shader()
-    }
-
-    fn deferred_fragment_shader() -> ShaderRef {
-        pattern_fragment_shader()
-    }
+    pattern_shaders!(pattern_fragment_shader(), pattern_prepass_fragment_shader());
 
     fn specialize(
         _: &MaterialExtensionPipeline,
@@ -343,6 +321,14 @@ impl MaterialExtension for PatternTexture {
 }
 
 impl WaveStyle for PatternTexture {
+    fn focus(&self) -> &Focus {
+        &self.focus
+    }
+
+    fn focus_mut(&mut self) -> &mut Focus {
+        &mut self.focus
+    }
+
     fn needs(&self) -> StyleNeeds {
         StyleNeeds {
             vector: self.requires_vector_symmetry(),

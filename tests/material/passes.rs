@@ -18,7 +18,7 @@ use crate::{Scene, black_on_white, square_on, stage::Lens, torus_view, unlit};
 /// Stripes are drawn, and alike, in every way Bevy can draw them.
 pub fn every_pass_draws(scene: &mut Scene) {
     let sun = scene.stage.sun(Vec3::new(1.0, 2.0, 3.0), true);
-    let drive = StripeDrive {
+    let drive = PatternDrive {
         bump: 0.02,
         roughness: 0.1,
         emissive: 0.1,
@@ -267,7 +267,7 @@ pub fn bumps_shade(scene: &mut Scene) {
     let sun = scene.stage.sun(Vec3::new(4.0, 0.0, 3.0), false);
     let mesh = scene.plane_mesh.clone();
     let contrast = |scene: &mut Scene, bump: f32, prepass: bool| {
-        let drive = StripeDrive {
+        let drive = PatternDrive {
             base_color: 0.0,
             bump,
             ..default()

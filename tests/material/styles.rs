@@ -182,7 +182,7 @@ pub fn gallery(scene: &mut Scene) {
         cull_mode: None,
         ..base.clone()
     };
-    let emboss = StripeDrive {
+    let emboss = PatternDrive {
         bump: 0.015,
         roughness: -0.3,
         base_color: 0.5,

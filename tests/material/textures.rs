@@ -345,7 +345,7 @@ pub fn every_pass_draws(scene: &mut Scene) {
         ..default()
     };
     let bump = PatternTexture {
-        drive: StripeDrive {
+        drive: PatternDrive {
             bump: 0.02,
             roughness: 0.1,
             emissive: 0.1,
