@@ -86,7 +86,8 @@ struct HatchBinding {
 
 impl Hatch {
     fn binding(&self) -> HatchBinding {
-        let lightest = self.lightest.clamp(0.0, 1.0);
+        // A bound of `clamp` must be a number.
+        let lightest = self.lightest.max(0.0).clamp(0.0, 1.0);
         let shares = match self.tone {
             HatchTone::Constant(share) => Vec2::splat(share.clamp(0.0, 1.0)),
             _ => Vec2::new(lightest, self.darkest.clamp(lightest, 1.0)),
