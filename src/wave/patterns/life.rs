@@ -236,12 +236,13 @@ fn may_pass(error: &PatternError) -> bool {
 
 /// Says once why a pattern cannot be drawn, and draws the base material.
 pub(super) fn fail(item: &mut PatternedItem, tools: &mut Tools, error: PatternError) {
-    let failed = PatternState::Failed(error.clone());
-    if *item.state == failed {
+    // By what is said: an error about a value that is not a number does not equal itself.
+    let text = error.to_string();
+    if matches!(&*item.state, PatternState::Failed(known) if known.to_string() == text) {
         return;
     }
-    *item.state = failed;
-    error!("no pattern on {}: {error}", item.entity);
+    *item.state = PatternState::Failed(error.clone());
+    error!("no pattern on {}: {text}", item.entity);
     if let Some(pattern) = item.pattern.as_mut() {
         pattern.record.flags &= !FLAG_READY;
         pattern.phase = Phase::Waiting;
