@@ -163,13 +163,18 @@ fn withdraw_needs<S: WaveStyle>(event: On<Remove, MeshMaterial3d<Styled<S>>>, mu
 /// Tells the solver which entities carry a style that their pattern cannot have.
 fn declare_needs<S: WaveStyle>(
     changes: MessageReader<AssetEvent<Styled<S>>>,
-    entities: Query<(Entity, Ref<MeshMaterial3d<Styled<S>>>, Option<&StyleNeeds>), With<DirectionField>>,
+    entities: Query<(
+        Entity,
+        Ref<MeshMaterial3d<Styled<S>>>,
+        Ref<DirectionField>,
+        Option<&StyleNeeds>,
+    )>,
     materials: Res<Assets<Styled<S>>>,
     mut commands: Commands,
 ) {
     let any_material_changed = !changes.is_empty();
-    for (entity, material, declared) in &entities {
-        if !any_material_changed && !material.is_changed() {
+    for (entity, material, field, declared) in &entities {
+        if !any_material_changed && !material.is_changed() && !field.is_added() {
             continue;
         }
         let material = materials.get(&material.0);
