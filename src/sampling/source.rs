@@ -6,7 +6,10 @@
 use super::metric::{EigenvalueMapping, Structure, check_metrics, ellipse, metric_of_scalars, on_surface, smooth};
 use crate::{
     error::PatternError,
-    field::{DirectionField, Symmetry, any_tangent, attribute_scalars, directions, project_tangent, weld_scalars},
+    field::{
+        Alignment, DirectionField, Painted, Symmetry, any_tangent, attribute_scalars, directions, project_tangent,
+        weld_scalars,
+    },
     surface::SurfaceGraph,
 };
 use bevy::{mesh::MeshVertexAttribute, prelude::*};
@@ -166,9 +169,11 @@ impl Metric {
     /// Whether it reads attributes of the mesh.
     pub(super) fn needs_mesh(&self) -> bool {
         let source = match &self.source {
-            MetricSource::Field { field, .. } => {
-                matches!(field, DirectionField::Attribute(_) | DirectionField::Gradient { .. })
-            }
+            MetricSource::Field { field, .. } => match field {
+                DirectionField::Attribute(_) | DirectionField::Gradient { .. } | DirectionField::Tensor(_) => true,
+                DirectionField::Smooth(field) => matches!(field.align, Alignment::Painted(Painted::Attribute(_))),
+                _ => false,
+            },
             MetricSource::Scalars { .. } => true,
             _ => false,
         };
