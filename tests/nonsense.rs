@@ -1,0 +1,171 @@
+//! What users get wrong: styles, fields and samples that do not fit, and numbers that are none. Each is an error that is
+//! said once, or is drawn all the same.
+
+mod common;
+
+use bevy::{
+    mesh::{MeshVertexAttribute, VertexFormat},
+    prelude::*,
+};
+use bevy_field_patterns::{prelude::*, wave::StyleNeeds};
+use common::{add_mesh, app, mesh_file::to_bevy_mesh, settle, shapes, update};
+
+fn add<A: Asset>(app: &mut App, asset: A) -> Handle<A> {
+    app.world_mut().resource_mut::<Assets<A>>().add(asset)
+}
+
+fn state(app: &App, entity: Entity) -> PatternState {
+    app.world().get::<PatternState>(entity).expect("a state").clone()
+}
+
+#[derive(Resource, Default)]
+struct Failures(u32);
+
+/// An error about NaN does not equal itself.
+#[test]
+fn an_error_about_a_value_that_is_no_number_is_said_once() {
+    let mut app = app();
+    app.init_resource::<Failures>()
+        .add_observer(|_: On<PatternFailed>, mut failures: ResMut<Failures>| failures.0 += 1);
+    let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let ratio = Waves::Orthogonal { ratio: f32::NAN };
+    let crease = CreasePhase {
+        weight: f32::NAN,
+        ..default()
+    };
+    let axis = || DirectionField::Axis(Dir3::Y);
+    let entities = [
+        app.world_mut().spawn((Mesh3d(mesh.clone()), axis(), ratio)).id(),
+        app.world_mut().spawn((Mesh3d(mesh), axis(), crease)).id(),
+    ];
+    settle(&mut app);
+    for _ in 0..10 {
+        update(&mut app);
+    }
+    for entity in entities {
+        assert!(
+            matches!(
+                state(&app, entity),
+                PatternState::Failed(PatternError::OutOfRange { .. })
+            ),
+            "{:?}",
+            state(&app, entity)
+        );
+    }
+    assert_eq!(app.world().resource::<Failures>().0, 2);
+}
+
+/// Rust's `clamp` panics where a bound is NaN, and Bevy with it.
+#[test]
+fn a_style_of_nan_does_not_stop_the_renderer() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let style = Hatch {
+        lightest: f32::NAN,
+        darkest: f32::NAN,
+        ..default()
+    };
+    let material = add(
+        &mut app,
+        HatchMaterial {
+            extension: style,
+            ..default()
+        },
+    );
+    let entity = app
+        .world_mut()
+        .spawn((Mesh3d(mesh), MeshMaterial3d(material), DirectionField::Axis(Dir3::Y)))
+        .id();
+    settle(&mut app);
+    for _ in 0..5 {
+        update(&mut app);
+    }
+    assert_eq!(state(&app, entity), PatternState::Converged);
+}
+
+/// The material was there before, in use and unchanged.
+#[test]
+fn a_field_that_comes_after_its_style_is_checked_as_well() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(3, 1.0));
+    let style = PatternTexture {
+        travel: Travel::Periods(0.5),
+        ..default()
+    };
+    let material = add(
+        &mut app,
+        PatternTextureMaterial {
+            extension: style,
+            ..default()
+        },
+    );
+    let entity = app.world_mut().spawn((Mesh3d(mesh), MeshMaterial3d(material))).id();
+    for _ in 0..10 {
+        update(&mut app);
+    }
+    assert!(app.world().get::<StyleNeeds>(entity).is_none());
+    let field = || (DirectionField::Axis(Dir3::Y), Symmetry::Line);
+    app.world_mut().entity_mut(entity).insert(field());
+    settle(&mut app);
+    for _ in 0..3 {
+        update(&mut app);
+    }
+    let found = state(&app, entity);
+    assert!(
+        matches!(found, PatternState::Failed(PatternError::NeedsTwoWaves(_))),
+        "{found:?}"
+    );
+    app.world_mut().entity_mut(entity).insert(Waves::ORTHOGONAL);
+    settle(&mut app);
+    let found = state(&app, entity);
+    assert!(
+        matches!(found, PatternState::Failed(PatternError::NeedsVectorSymmetry(_))),
+        "{found:?}"
+    );
+}
+
+/// A tensor field's attributes are those of the mesh, and so are painted directions.
+#[test]
+fn samples_follow_every_field_that_a_mesh_carries() {
+    const DIAGONAL: MeshVertexAttribute = MeshVertexAttribute::new("Diagonal", 0x7e_0001, VertexFormat::Float32x3);
+    const OTHERS: MeshVertexAttribute = MeshVertexAttribute::new("Others", 0x7e_0002, VertexFormat::Float32x3);
+    let mut app = app();
+    let raw = shapes::torus(40, 20, 1.0, 0.4, 0.0, 1);
+    let n = raw.positions.len();
+    let mesh = to_bevy_mesh(&raw)
+        .with_inserted_attribute(DIAGONAL, vec![[1.0_f32, 0.3, 0.1]; n])
+        .with_inserted_attribute(OTHERS, vec![[0.0_f32; 3]; n]);
+    let mesh = add(&mut app, mesh);
+    let tensor = DirectionField::Tensor(TensorField {
+        diagonal: DIAGONAL,
+        off_diagonal: OTHERS,
+        ..default()
+    });
+    let painted = DirectionField::Smooth(SmoothField {
+        align: Alignment::Painted(Painted::Attribute(DIAGONAL)),
+        ..default()
+    });
+    let entities = [tensor, painted].map(|field| {
+        let samples = AnisotropicSamples {
+            metric: Metric::along(field, 3.0),
+            density: Density::Count(100),
+            ..default()
+        };
+        app.world_mut().spawn((Mesh3d(mesh.clone()), samples)).id()
+    });
+    for _ in 0..2000 {
+        update(&mut app);
+        let busy = |&entity: &Entity| {
+            let state = app.world().get::<SamplingState>(entity);
+            matches!(state, Some(SamplingState::Preparing | SamplingState::Sampling(_)))
+        };
+        if !entities.iter().any(busy) {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    for entity in entities {
+        let state = app.world().get::<SamplingState>(entity);
+        assert_eq!(state, Some(&SamplingState::Ready));
+    }
+}
