@@ -169,3 +169,19 @@ fn samples_follow_every_field_that_a_mesh_carries() {
         assert_eq!(state, Some(&SamplingState::Ready));
     }
 }
+
+#[test]
+fn a_tile_is_one_of_the_atlas_whatever_its_range() {
+    let patches = |columns, rows, low, high| Patches {
+        columns,
+        rows,
+        low,
+        high,
+        ..default()
+    };
+    assert_eq!(patches(3, 2, 0.5, 0.5).tile(0.4), 0);
+    assert_eq!(patches(3, 2, 0.5, 0.5).tile(0.5), 5);
+    assert_eq!(patches(0, 0, 0.0, 1.0).tile(0.5), 0);
+    assert_eq!(patches(3, 1, 0.0, 1.0).tile(f32::NAN), 0);
+    assert_eq!(patches(u32::MAX, 2, 0.0, 1.0).tile(0.0), 0);
+}

@@ -144,10 +144,16 @@ impl Default for Patches {
 }
 
 impl Patches {
-    /// The tile that stands for a scalar: the twin of `tile_of` in `texture_patch.wgsl`.
+    /// The tile that stands for a scalar, as `tile_at` of `texture_style.wgsl` chooses it. A range without an extent is a
+    /// step from the first tile to the last.
     pub fn tile(&self, scalar: f32) -> u32 {
-        let count = self.columns.max(1) * self.rows.max(1);
-        let t = (scalar - self.low) / (self.high - self.low);
+        let count = self.columns.max(1).saturating_mul(self.rows.max(1));
+        let span = self.high - self.low;
+        let t = if span == 0.0 {
+            f32::from(u8::from(scalar >= self.low))
+        } else {
+            (scalar - self.low) / span
+        };
         ((t * count as f32).max(0.0) as u32).min(count - 1)
     }
 }
