@@ -2,12 +2,15 @@
 //!
 //! [`plan`](super::plan) makes it in the main world, [`render`](super::render) records it in the render world.
 
-use super::arena::Pool;
+use super::{
+    arena::Pool,
+    layout::{DIRECTION_KINDS, FREQUENCY_KINDS},
+};
 use crate::arena::Upload;
 use bevy::{asset::AssetId, render::storage::ShaderBuffer};
 use bytemuck::{Pod, Zeroable};
 
-/// The compute passes; each is an entry point of the same name.
+/// The compute passes; each is an entry point of the same name, and a pipeline for each of its kinds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Pass {
     /// Directions, from wherever they come.
@@ -139,6 +142,18 @@ impl Pass {
         }
     }
 
+    /// Number of its kinds. Each is a pipeline of its own, with the kind as `KIND` in the shader, so that a vertex loads nothing
+    /// that it has no use for: for directions and frequencies where they come from, for edges and sweeps one less than the
+    /// number of waves.
+    pub(crate) fn kinds(self) -> u32 {
+        match self {
+            Self::Directions => DIRECTION_KINDS,
+            Self::Frequencies => FREQUENCY_KINDS,
+            Self::EdgeWeights | Self::SweepFine | Self::SweepLocal => 2,
+            _ => 1,
+        }
+    }
+
     /// Whether it writes the buffer of positions and normals, which all others read only.
     pub(crate) fn writes_geometry(self) -> bool {
         matches!(self, Self::PoseVertices | Self::PoseNormals)
@@ -171,6 +186,8 @@ pub(super) const ROW: u32 = 32_768;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Step {
     pub(crate) pass: Pass,
+    /// Of the pass's [`kinds`](Pass::kinds).
+    pub(crate) kind: u32,
     pub(crate) uniform: StepUniform,
 }
 

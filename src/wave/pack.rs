@@ -214,7 +214,7 @@ impl PatternRanges {
         )?;
         let momentum = if local { waves * graph.vertices } else { 0 };
         self.field = self.take(arena, Pool::Wave, 2 * graph.vertices + nodes + momentum)?;
-        // The passes of a posed surface lay down more here, before there are edge constants.
+        // Lines of curvature are laid down here, before there are edge constants.
         let laid_down = graph.levels[0].edges + 2 * graph.vertices + 1;
         let mut edge_base = self.take(arena, Pool::Edges, edges.max(laid_down))?;
         let state_base = self.take(arena, Pool::Balance, STATE_WORDS + partials + nodes)?;

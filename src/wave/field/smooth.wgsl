@@ -4,7 +4,7 @@
 // wave[smooth_base + 2 m] is u of node m, the next one what it is drawn to; m counts the nodes of all levels, finest first.
 
 #import bevy_field_patterns::cross::{Frame, frame_at, power_of, root_of, carried_power, compatible}
-#import bevy_field_patterns::deform::carrying_map
+#import bevy_field_patterns::deform::{carrying_map, load_carrier}
 #import bevy_field_patterns::layout::LevelRecord
 #import bevy_field_patterns::parameters::{parameters, CHOICE}
 #import bevy_field_patterns::passes::{surface, geometry, wave, load_item, load_level, normalize_or, WORKGROUP}
@@ -41,9 +41,10 @@ fn node_frame(record: u32, index: u32, i: u32) -> Frame {
 fn smooth_constrain(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
     let level = load_level(item.x, 0u);
+    let carrier = load_carrier(item.x);
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
         let given = geometry[surface[item.x + 21u] + i];
-        let c = power_of(node_frame(item.x, 0u, i), carrying_map(item.x, i) * given.xyz, ring_of(item.x));
+        let c = power_of(node_frame(item.x, 0u, i), carrying_map(carrier, i) * given.xyz, ring_of(item.x));
         wave[place(item.x, level, i) + 1u] = given.w * c;
     }
 }

@@ -60,8 +60,10 @@ impl Rigged {
 pub(super) struct Live {
     rig: Arc<PackedRig>,
     skinned: bool,
-    /// Word of the surface buffer where the pose lies.
+    /// Word of the surface buffer where its record lies.
     base: u32,
+    /// Element of the geometry buffer where the pose lies.
+    matrix_base: u32,
     /// As uploaded last.
     pose: Pose,
     /// Half the diagonal of the mesh.
@@ -78,22 +80,26 @@ impl Live {
     ) -> Result<Self, PatternError> {
         let Rigged { rig, skinned, pose } = rigged;
         let (joints, targets) = (pose.matrices.len() as u32, pose.weights.len() as u32);
-        let base = ranges.take(arena, Pool::Surface, POSE_WORDS + 12 * joints + targets)?;
+        let base = ranges.take(arena, Pool::Surface, POSE_WORDS)?;
+        let matrix_base = ranges.take(arena, Pool::Geometry, 3 * joints + targets)?;
         let record = PoseRecord {
             joints,
             targets,
+            matrix_base,
             skin_base: if skinned { rig.skin_base } else { 0 },
             target_base: rig.target_base,
             rest_base: graph.geometry.start,
-            corner_offset_base: rig.corner_offset_base,
-            corner_base: rig.corner_base,
-            pad: 0,
+            position_base: ranges.take(arena, Pool::Geometry, graph.vertices)?,
+            fan_offset_base: rig.fan_offset_base,
+            fan_base: rig.fan_base,
+            ..PoseRecord::default()
         };
         arena.write(Pool::Surface, base, &[record]);
         Ok(Self {
             rig,
             skinned,
             base,
+            matrix_base,
             pose,
             size: 0.0,
         })
@@ -126,7 +132,7 @@ impl Live {
             return false;
         }
         self.pose = rigged.pose;
-        arena.write(Pool::Surface, self.base + POSE_WORDS, &self.pose.words());
+        arena.write(Pool::Geometry, self.matrix_base, &self.pose.elements());
         true
     }
 }

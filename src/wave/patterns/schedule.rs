@@ -29,10 +29,10 @@ impl Pattern {
         if due.directions {
             let steps = self.sources.curvature();
             work.curved.extend(steps.map(|steps| (self.member(), steps)));
-            work.directions.push(self.member());
+            work.directions.push((self.member(), self.record.sources & 255));
         }
         if due.frequencies {
-            work.frequencies.push(self.member());
+            work.frequencies.push((self.member(), (self.record.sources >> 8) & 255));
         }
         work.changed.push(self.member());
         self.behind = false;

@@ -15,6 +15,7 @@
 //! one knows visible entities only, changes places in every frame, and is filled when it is too late to find out that
 //! nothing has moved.
 
+mod fans;
 mod motion;
 mod plan;
 mod rig;

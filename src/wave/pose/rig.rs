@@ -113,8 +113,8 @@ impl Pose {
                 .all(|(a, b)| (a - b).abs() <= STILL)
     }
 
-    /// As they follow a `PoseRecord`: the rows of each matrix, then the weights.
-    pub(crate) fn words(&self) -> Vec<f32> {
+    /// As they lie in the geometry buffer: the rows of each matrix, then an element per weight.
+    pub(crate) fn elements(&self) -> Vec<Vec4> {
         let rows = self.matrices.iter().flat_map(|matrix| {
             let (linear, at) = (matrix.matrix3.transpose(), matrix.translation);
             [
@@ -123,8 +123,7 @@ impl Pose {
                 linear.z_axis.extend(at.z),
             ]
         });
-        rows.flat_map(|row| row.to_array())
-            .chain(self.weights.iter().copied())
+        rows.chain(self.weights.iter().map(|&weight| Vec4::new(weight, 0.0, 0.0, 0.0)))
             .collect()
     }
 }
