@@ -51,7 +51,9 @@ pub(crate) enum Pass {
     Report,
     /// What smoothed fields are drawn to, at the vertices.
     SmoothConstrain,
-    /// The same on a coarser level.
+    /// The same, and smoothed fields as they were.
+    SmoothFollow,
+    /// What they are drawn to on a coarser level.
     SmoothRestrict,
     /// The top level of smoothed fields.
     SmoothStart,
@@ -75,7 +77,7 @@ pub(crate) enum Pass {
 
 impl Pass {
     /// All passes, in the order of their discriminants.
-    pub(crate) const ALL: [Self; 29] = [
+    pub(crate) const ALL: [Self; 30] = [
         Self::Directions,
         Self::Frequencies,
         Self::EdgeWeights,
@@ -95,6 +97,7 @@ impl Pass {
         Self::BranchesTotal,
         Self::Report,
         Self::SmoothConstrain,
+        Self::SmoothFollow,
         Self::SmoothRestrict,
         Self::SmoothStart,
         Self::SmoothProlong,
@@ -129,6 +132,7 @@ impl Pass {
             Self::BranchesTotal => "branches_total",
             Self::Report => "report",
             Self::SmoothConstrain => "smooth_constrain",
+            Self::SmoothFollow => "smooth_follow",
             Self::SmoothRestrict => "smooth_restrict",
             Self::SmoothStart => "smooth_start",
             Self::SmoothProlong => "smooth_prolong",
@@ -144,12 +148,12 @@ impl Pass {
 
     /// Number of its kinds. Each is a pipeline of its own, with the kind as `KIND` in the shader, so that a vertex loads nothing
     /// that it has no use for: for directions and frequencies where they come from, for edges and sweeps one less than the
-    /// number of waves.
+    /// number of waves, for sweeps of smoothed fields intrinsic and extrinsic ones.
     pub(crate) fn kinds(self) -> u32 {
         match self {
             Self::Directions => DIRECTION_KINDS,
             Self::Frequencies => FREQUENCY_KINDS,
-            Self::EdgeWeights | Self::SweepFine | Self::SweepLocal => 2,
+            Self::EdgeWeights | Self::SweepFine | Self::SweepLocal | Self::SmoothSweep => 2,
             _ => 1,
         }
     }

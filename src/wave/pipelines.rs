@@ -108,6 +108,7 @@ pub(super) fn init_pipelines(
     let ids = Pass::ALL.map(|pass| {
         let shader = match pass {
             Pass::SmoothConstrain
+            | Pass::SmoothFollow
             | Pass::SmoothRestrict
             | Pass::SmoothStart
             | Pass::SmoothProlong
@@ -187,6 +188,7 @@ pub(super) fn stage(pass: Pass) -> &'static str {
         Pass::Directions
         | Pass::Frequencies
         | Pass::SmoothConstrain
+        | Pass::SmoothFollow
         | Pass::SmoothRestrict
         | Pass::SmoothStart
         | Pass::SmoothProlong

@@ -4,6 +4,8 @@
 
 mod smooth;
 
+pub(crate) use smooth::Smoothed;
+
 use super::{
     frame::{BufferCopy, Frame, Pass, ROW, Step, StepUniform},
     pack::PackedGraph,
@@ -64,8 +66,8 @@ pub(crate) struct Work {
     pub(crate) posed: Vec<Member>,
     /// Principal curvature is that of a posed surface, with so many steps of smoothing.
     pub(crate) curved: Vec<(Member, u32)>,
-    /// Fields are smoothed, with so many sweeps over the mesh.
-    pub(crate) smooth: Vec<(Member, u32)>,
+    /// Fields are smoothed.
+    pub(crate) smooth: Vec<Smoothed>,
     /// Directions are evaluated, from a kind of source (`DIRECTION_*`).
     pub(crate) directions: Vec<(Member, u32)>,
     /// Frequencies are evaluated, from a kind of source (`FREQUENCY_*`).

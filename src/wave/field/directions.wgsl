@@ -25,8 +25,10 @@ struct Source {
     vector_base: u32,
     // Number of vertices.
     vertices: u32,
-    // Of the first vertex in what a smoothed field or curvature was made to.
+    // Of the lines of curvature.
     line_base: u32,
+    // Of what a smoothed field or lines of curvature are followed from, two elements per vertex; 0: they are not.
+    smooth_base: u32,
     // Of scalars that are made of a tensor; 0: none are.
     scalar_base: u32,
     choice: u32,
@@ -43,7 +45,7 @@ fn load_source(record: u32) -> Source {
     // Lines of a posed surface lie where edge constants will be.
     let line_base = load_level(record, 0u).edge_base + select(0u, surface[record], (choice & 2u) != 0u);
 #else
-    let line_base = surface[record + 24u];
+    let line_base = 0u;
 #endif
     let makes_scalars = (surface[record + 20u] & SOURCE_SCALARS) != 0u;
     return Source(
@@ -54,6 +56,7 @@ fn load_source(record: u32) -> Source {
         surface[record + 21u],
         surface[record],
         line_base,
+        surface[record + 24u],
         select(0u, surface[record + 19u], makes_scalars),
         choice,
         number(at + BLEND),
@@ -86,6 +89,13 @@ fn store_direction(source: Source, i: u32, direction: vec3<f32>, n: vec3<f32>) {
     wave[field + 1u].x = d.z;
 }
 
+// What the next frame continues from.
+fn store_line(source: Source, i: u32, line: vec3<f32>) {
+    let at = source.smooth_base + 2u * i;
+    wave[at] = line.xy;
+    wave[at + 1u] = vec2(line.z, 0.0);
+}
+
 // Between the snapshots of even and of odd number.
 fn snapshot_direction(source: Source, i: u32, n: vec3<f32>) -> vec3<f32> {
     let map = carrying_map(source.carrier, i);
@@ -112,7 +122,8 @@ fn tensor_direction(source: Source, i: u32, n: vec3<f32>) -> vec3<f32> {
 // Of the directions of a cross, the one nearest to the last.
 fn smooth_direction(source: Source, i: u32, n: vec3<f32>) -> vec3<f32> {
     let is_cross = (source.choice & 1u) != 0u;
-    var d = root_of(frame_at(n), wave[source.line_base + 2u * i], select(2u, 4u, is_cross));
+    var d = root_of(frame_at(n), wave[source.smooth_base + 2u * i], select(2u, 4u, is_cross));
+    store_line(source, i, d);
     if (source.choice & 4u) != 0u {
         d = cross(d, n);
     }
@@ -126,8 +137,16 @@ fn smooth_direction(source: Source, i: u32, n: vec3<f32>) -> vec3<f32> {
 }
 
 fn curvature_direction(source: Source, i: u32, n: vec3<f32>) -> vec3<f32> {
-    let sign = select(1.0, -1.0, (source.choice & 1u) != 0u);
-    return line_of(sign * edges[source.line_base + i], any_tangent(n), n);
+    let u = edges[source.line_base + i];
+    let x = any_tangent(n);
+    let major = line_of(u, x, n);
+    if source.smooth_base != 0u {
+        store_line(source, i, length(u) * major);
+    }
+    if (source.choice & 1u) == 0u {
+        return major;
+    }
+    return line_of(-u, x, n);
 }
 
 fn vector_direction(source: Source, i: u32, at: u32, n: vec3<f32>) -> vec3<f32> {

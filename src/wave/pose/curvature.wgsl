@@ -5,12 +5,14 @@
 // transport    unit complex number that takes u from an edge's source to its target
 //
 // Where edge constants will be, there are meanwhile: u of all vertices, u of all vertices after the next step of smoothing,
-// the measure of u, the transport of each edge. The direction pass makes directions of them.
+// the measure of u, the transport of each edge. The direction pass makes directions of them, and keeps lines as long as |u|,
+// from which the next frame may continue.
 
 #import bevy_field_patterns::kite::cmul
 #import bevy_field_patterns::layout::LevelRecord
-#import bevy_field_patterns::passes::{step, surface, geometry, edges, load_item, load_level, WORKGROUP}
-#import bevy_field_patterns::tangent::any_tangent
+#import bevy_field_patterns::parameters::{number, parameters, BLEND, CHOICE}
+#import bevy_field_patterns::passes::{step, surface, geometry, wave, edges, load_item, load_level, WORKGROUP}
+#import bevy_field_patterns::tangent::{any_tangent, squared_line}
 
 // As in `curvature.rs`.
 const KEEP: f32 = 0.3;
@@ -100,13 +102,23 @@ fn transports(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
     let base = surface[item.x + 5u];
     let measure = level.edge_base + 2u * surface[item.x];
     let median = edges[measure].x;
+    let at = parameters(item.x);
+    let follows = (surface[at + CHOICE] & 4u) != 0u;
+    let share = number(at + BLEND);
+    let smooth_base = surface[item.x + 24u];
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        if median > 0.0 {
-            let u = edges[level.edge_base + i] / median;
-            edges[level.edge_base + i] = u / max(length(u), 1.0);
-        }
         let n = normal_of(base, i);
         let x = any_tangent(n);
+        var u = edges[level.edge_base + i];
+        if median > 0.0 {
+            u /= median;
+            u /= max(length(u), 1.0);
+        }
+        if follows {
+            let before = vec3(wave[smooth_base + 2u * i], wave[smooth_base + 2u * i + 1u].x);
+            u = mix(squared_line(before, x, n), u, share);
+        }
+        edges[level.edge_base + i] = u;
         let end = surface[level.offset_base + i + 1u];
         for (var k = surface[level.offset_base + i]; k < end; k++) {
             edges[measure + 1u + k] = transport(n, x, normal_of(base, surface[level.neighbor_base + k]));
