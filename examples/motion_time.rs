@@ -1,19 +1,22 @@
 //! Measures what surfaces that move cost: a skinned and morphed mesh of 70,000 vertices that is posed in every frame, with
-//! several fields, and a mesh of 20,000 vertices whose positions are edited in every frame. Prints one JSON object on stdout.
+//! several fields and one wave or two, and a mesh of 20,000 vertices whose positions are edited in every frame. Prints one JSON
+//! object on stdout.
 //!
 //! ```sh
-//! cargo run --release --example motion_time
+//! cargo run --release --example motion_time [NAME]
 //! ```
 //!
-//! Times are medians, in milliseconds. `pose` (positions and normals), `field`, `edges` and `sweep` (one of them) are GPU
-//! times of passes; `frame` is a whole update of the app until the device has done its work, without a camera.
+//! With a name (`edited`, or part of a field's) only that is measured. Times are medians, in milliseconds. `pose` (positions
+//! and normals), `field`, `edges` and `sweeps` (all of a frame) are GPU times of passes; `frame` is a whole update of the app
+//! until the device has done its work, without a camera. `processor` is the mean time that a frame takes of all processors
+//! together, which other programs disturb less than the others; Linux only.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command line tool")]
 
 mod common;
 
 use bevy::{
     mesh::{
-        VertexAttributeValues,
+        MeshVertexAttribute, VertexAttributeValues, VertexFormat,
         morph::{MeshMorphWeights, MorphAttributes},
         skinning::{SkinnedMesh, SkinnedMeshInverseBindposes},
     },
@@ -51,31 +54,78 @@ fn measure() -> Result<Value, String> {
     app.add_plugins((FieldPatternsPlugin, RenderDiagnosticsPlugin))
         .insert_resource(QualityReport(false));
     headless::wait_until_ready(&mut app)?;
+    let wanted = std::env::args().nth(1).unwrap_or_default();
     let raw = shapes::knot(1000, 70);
-    let vectors: Arc<[Vec3]> = raw.positions.iter().map(|p| Vec3::new(-p.y, p.x, 0.3)).collect();
+    let mut posed = serde_json::Map::new();
+    for (name, field) in fields(&raw) {
+        for (count, waves) in [(1, Waves::Single), (2, Waves::ORTHOGONAL)] {
+            if name.contains(&wanted) {
+                let figures = measure_posed(&mut app, &raw, field.clone(), waves)?;
+                posed.insert(format!("{name}, waves: {count}"), figures);
+            }
+        }
+    }
+    let adapter = app
+        .sub_app(RenderApp)
+        .world()
+        .resource::<RenderAdapterInfo>()
+        .name
+        .clone();
+    let mut figures = json!({ "adapter": adapter, "vertices": raw.positions.len(), "posed": posed });
+    if "edited".contains(&wanted) {
+        let sheet = shapes::plane(141, 0.2, 1);
+        figures["edited"] = json!({
+            "vertices": sheet.positions.len(),
+            "plain": measure_edited(&mut app, &sheet, None)?,
+            "rest": measure_edited(&mut app, &sheet, Some(PatternPose::Rest))?,
+            "live": measure_edited(&mut app, &sheet, Some(PatternPose::Live))?,
+        });
+    }
+    Ok(figures)
+}
+
+const DIAGONAL: MeshVertexAttribute = MeshVertexAttribute::new("Diagonal", 0x7e57_0001, VertexFormat::Float32x3);
+const OFF_DIAGONAL: MeshVertexAttribute = MeshVertexAttribute::new("OffDiagonal", 0x7e57_0002, VertexFormat::Float32x3);
+
+fn fields(raw: &RawMesh) -> Vec<(&'static str, DirectionField)> {
+    let around: Arc<[Vec3]> = raw.positions.iter().map(|p| Vec3::new(-p.y, p.x, 0.3)).collect();
+    let along: Arc<[Vec3]> = raw.positions.iter().map(|p| Vec3::new(p.z, 0.3, p.x)).collect();
+    let snapshot = |time, vectors: &Arc<[Vec3]>| Snapshot {
+        time,
+        vectors: vectors.clone(),
+    };
     let curvature = |smoothing| DirectionField::PrincipalCurvature {
         direction: default(),
         smoothing,
     };
-    let mut posed = serde_json::Map::new();
-    for (name, field) in [
+    let tensor = TensorField {
+        diagonal: DIAGONAL,
+        off_diagonal: OFF_DIAGONAL,
+        ..default()
+    };
+    vec![
         ("axis", DirectionField::Axis(Dir3::Z)),
-        ("carried", DirectionField::Vertices(vectors)),
-        ("curvature_0", curvature(0)),
-        ("curvature_10", curvature(10)),
-        ("curvature_30", curvature(30)),
-    ] {
-        posed.insert(name.into(), measure_posed(&mut app, &raw, field)?);
-    }
-    let sheet = shapes::plane(141, 0.2, 1);
-    let edited = json!({
-        "vertices": sheet.positions.len(),
-        "plain": measure_edited(&mut app, &sheet, None)?,
-        "rest": measure_edited(&mut app, &sheet, Some(PatternPose::Rest))?,
-        "live": measure_edited(&mut app, &sheet, Some(PatternPose::Live))?,
-    });
-    let adapter = app.sub_app(RenderApp).world().resource::<RenderAdapterInfo>();
-    Ok(json!({ "adapter": adapter.name, "vertices": raw.positions.len(), "posed": posed, "edited": edited }))
+        ("vectors", DirectionField::Vertices(around.clone())),
+        (
+            "snapshots",
+            DirectionField::Snapshots(Arc::from([snapshot(0.0, &around), snapshot(1.0, &along)])),
+        ),
+        ("vortices", DirectionField::Vortices(default())),
+        ("tensor", DirectionField::Tensor(tensor)),
+        ("curvature 0", curvature(0)),
+        ("curvature 10", curvature(10)),
+        ("curvature 30", curvature(30)),
+        ("smooth", DirectionField::Smooth(default())),
+    ]
+}
+
+/// Time of all processors that the program has used, in milliseconds.
+fn processor_ms() -> Option<f64> {
+    // The fields after the name count ticks of 10 ms: those of the program, and of the kernel for it.
+    let line = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let mut fields = line.rsplit_once(')')?.1.split_whitespace().skip(11);
+    let ticks: [f64; 2] = [fields.next()?.parse().ok()?, fields.next()?.parse().ok()?];
+    Some(10.0 * (ticks[0] + ticks[1]))
 }
 
 /// An update until the device is idle, in milliseconds.
@@ -115,7 +165,13 @@ fn rigged(raw: &RawMesh) -> Mesh {
         let t = place(p).fract();
         [0.5 * (1.0 - t), 0.5, 0.5 * t, 0.0]
     });
+    let stresses = |axis: Vec3| {
+        let stress = move |p: &Vec3| (Vec3::splat(0.3) + (2.0 * *p + axis).map(f32::sin)).to_array();
+        raw.positions.iter().map(stress).collect::<Vec<[f32; 3]>>()
+    };
     let mut mesh = to_bevy_mesh(raw)
+        .with_inserted_attribute(DIAGONAL, stresses(Vec3::X))
+        .with_inserted_attribute(OFF_DIAGONAL, stresses(Vec3::Y))
         .with_inserted_attribute(
             Mesh::ATTRIBUTE_JOINT_INDEX,
             VertexAttributeValues::Uint16x4(joints.collect()),
@@ -127,7 +183,7 @@ fn rigged(raw: &RawMesh) -> Mesh {
     mesh
 }
 
-fn measure_posed(app: &mut App, raw: &RawMesh, field: DirectionField) -> Result<Value, String> {
+fn measure_posed(app: &mut App, raw: &RawMesh, field: DirectionField, waves: Waves) -> Result<Value, String> {
     let world = app.world_mut();
     let mesh = world.resource_mut::<Assets<Mesh>>().add(rigged(raw));
     let bindposes = SkinnedMeshInverseBindposes::from(vec![Mat4::IDENTITY; JOINTS]);
@@ -139,9 +195,23 @@ fn measure_posed(app: &mut App, raw: &RawMesh, field: DirectionField) -> Result<
         inverse_bindposes,
         joints: joints.clone(),
     };
-    let pattern = (field, Frequency::Uniform(20.0), PatternPose::Live);
+    let cores: Vec<Entity> = (0..4)
+        .map(|_| world.spawn((Vortex::default(), Transform::default())).id())
+        .collect();
+    let pattern = (
+        field,
+        FieldTime(0.0),
+        Frequency::Uniform(20.0),
+        waves,
+        PatternPose::Live,
+    );
     let entity = world.spawn((Mesh3d(mesh), skin, pattern, Transform::default())).id();
     let pose = |app: &mut App, time: f32| {
+        for (n, &core) in cores.iter().enumerate() {
+            let angle = time + 1.5 * n as f32;
+            let at = Vec3::new(angle.cos(), angle.sin(), 0.2);
+            app.world_mut().entity_mut(core).insert(Transform::from_translation(at));
+        }
         for (n, &joint) in joints.iter().enumerate() {
             let swing = 0.1 * (time + n as f32).sin();
             let bent = Transform::from_xyz(0.0, 0.0, swing).with_rotation(Quat::from_rotation_x(swing));
@@ -150,13 +220,14 @@ fn measure_posed(app: &mut App, raw: &RawMesh, field: DirectionField) -> Result<
         let weights = vec![0.5 * time.sin(), 0.5 * time.cos()];
         app.world_mut()
             .entity_mut(entity)
-            .insert(MeshMorphWeights::Value { weights });
+            .insert((MeshMorphWeights::Value { weights }, FieldTime(time % 1.0)));
     };
     pose(app, 0.0);
     settle(app, entity)?;
     let idle = median((0..FRAMES).map(|_| frame(app)).collect::<Result<_, _>>()?);
     let stages = ["pattern_pose", "pattern_field", "pattern_edges", "pattern_sweeps"];
     let mut times = [const { Vec::new() }; 5];
+    let before = processor_ms();
     for n in 0..=FRAMES {
         pose(app, 0.05 * n as f32);
         let whole = frame(app)?;
@@ -168,15 +239,16 @@ fn measure_posed(app: &mut App, raw: &RawMesh, field: DirectionField) -> Result<
             times[4].push(whole);
         }
     }
-    let sweeps = f64::from(app.world().resource::<SolverSettings>().warm_sweeps);
-    let [pose, field, edges, all_sweeps, whole] = times.map(median);
-    for joint in joints.into_iter().chain([entity]) {
-        app.world_mut().despawn(joint);
+    let processor = before
+        .zip(processor_ms())
+        .map(|(before, after)| (after - before) / f64::from(FRAMES + 1));
+    let [pose, field, edges, sweeps, whole] = times.map(median);
+    for other in joints.into_iter().chain(cores).chain([entity]) {
+        app.world_mut().despawn(other);
     }
-    let sweep = all_sweeps / sweeps;
     Ok(json!({
-        "pose": pose, "field": field, "edges": edges, "sweep": sweep, "idle_frame": idle, "frame": whole,
-        "pose_per_sweep": pose / sweep, "field_per_sweep": field / sweep,
+        "pose": pose, "field": field, "edges": edges, "sweeps": sweeps, "idle_frame": idle, "frame": whole,
+        "processor": processor,
     }))
 }
 
@@ -196,6 +268,7 @@ fn measure_edited(app: &mut App, sheet: &RawMesh, pose: Option<PatternPose>) -> 
     }
     let idle = median((0..FRAMES).map(|_| frame(app)).collect::<Result<_, _>>()?);
     let mut times = Vec::new();
+    let before = processor_ms();
     for n in 0..=FRAMES {
         let wave = |p: &Vec3| [p.x, p.y, 0.2 * (p.x + 1.0) * (4.0 * p.x - 0.1 * n as f32).sin()];
         let positions: Vec<[f32; 3]> = sheet.positions.iter().map(wave).collect();
@@ -207,8 +280,11 @@ fn measure_edited(app: &mut App, sheet: &RawMesh, pose: Option<PatternPose>) -> 
             times.push(whole);
         }
     }
+    let processor = before
+        .zip(processor_ms())
+        .map(|(before, after)| (after - before) / f64::from(FRAMES + 1));
     app.world_mut().despawn(entity);
     frame(app)?;
     let most = times.iter().copied().fold(0.0, f64::max);
-    Ok(json!({ "idle_frame": idle, "frame": median(times), "longest_frame": most }))
+    Ok(json!({ "idle_frame": idle, "frame": median(times), "longest_frame": most, "processor": processor }))
 }

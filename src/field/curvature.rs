@@ -47,6 +47,44 @@ pub(super) fn principal_directions(graph: &SurfaceGraph, principal: Principal, s
     })
 }
 
+/// Steps of smoothing that follow a surface in a frame.
+pub(crate) const FOLLOWING_STEPS: u32 = 3;
+
+/// Whether so many steps of smoothing are worth to be spread over frames.
+pub(crate) fn is_followed(smoothing: u32) -> bool {
+    smoothing > 2 * FOLLOWING_STEPS
+}
+
+/// Share of the surface's own u in what a frame's steps start from: so that what is followed has been smoothed by as many
+/// steps in the mean.
+pub(crate) fn own_share(smoothing: u32) -> f32 {
+    FOLLOWING_STEPS as f32 / smoothing.max(FOLLOWING_STEPS) as f32
+}
+
+/// Lines of principal curvature that follow a surface which moves: a few steps from those of the frame before, in which they
+/// have `previous`, tangents along the major direction as long as |u|. While the surface moves the result is nearly as smooth as
+/// after `smoothing` steps from nothing, where those of many frames are mixed; once it rests, it is smoothed from nothing.
+/// Returns the same for the frame after.
+pub fn follow_principal_lines(graph: &SurfaceGraph, smoothing: u32, previous: &[Vec3]) -> Vec<Vec3> {
+    let frames = parallel::collect(graph.len(), |i| any_tangent(graph.normals[i]));
+    let own = lines(graph);
+    let share = own_share(smoothing);
+    let mut lines = parallel::collect(graph.len(), |i| {
+        let (x, y) = (frames[i], graph.normals[i].cross(frames[i]));
+        let c = Vec2::new(previous[i].dot(x), previous[i].dot(y));
+        let before = if c.length() > 1e-6 * previous[i].length() {
+            tangent::squared(c) / c.length()
+        } else {
+            Vec2::ZERO
+        };
+        before.lerp(own[i], share)
+    });
+    smooth(graph, &frames, &mut lines, FOLLOWING_STEPS);
+    parallel::collect(graph.len(), |i| {
+        lines[i].length() * tangent::line_of(lines[i], frames[i], graph.normals[i])
+    })
+}
+
 /// u of every vertex in the frame of [`any_tangent`], as it is smoothed: at most 1.
 pub(super) fn lines(graph: &SurfaceGraph) -> Vec<Vec2> {
     let mut lines = parallel::collect(graph.len(), |i| deviator(graph, any_tangent(graph.normals[i]), i));

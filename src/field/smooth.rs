@@ -9,9 +9,15 @@
 //! * extrinsic: each neighbour's d in space, turned by the multiple of a turn / N that fits best, is added, projected and
 //!   normalised, as Jakob et al. 2015 do (*Instant Field-Aligned Meshes*, doi:10.1145/2816795.2818078). It sees how the
 //!   surface bends: such fields turn towards creases and ridges by themselves.
+//!
+//! Where the surface moves or the constraints change, sweeps over the mesh continue from the field as it was.
 
 use super::{Alignment, any_tangent, tangent, turn_tangent};
-use crate::{error::PatternError, parallel, surface::SurfaceGraph};
+use crate::{
+    error::PatternError,
+    parallel,
+    surface::{Level, SurfaceGraph},
+};
 use bevy::prelude::*;
 
 /// Sweeps on each level above the mesh.
@@ -172,9 +178,7 @@ pub fn smooth_directions(field: &SmoothField, constraints: &[Vec4], turn: f32, g
     let ring = field.ring;
     let frames = frames(graph);
     // Up: what each node is drawn to.
-    let mut drawn = vec![parallel::collect(graph.len(), |i| {
-        constraints[i].w * frames[0][i].power_of(constraints[i].truncate(), ring)
-    })];
+    let mut drawn = vec![powers(constraints, &frames[0], ring)];
     for level in 1..graph.levels.len() {
         let below = &graph.levels[level - 1];
         let sum = |p: usize| {
@@ -203,27 +207,56 @@ pub fn smooth_directions(field: &SmoothField, constraints: &[Vec4], turn: f32, g
             (0..level.len()).map(child).collect()
         };
         let sweeps = if n == 0 { field.steps } else { LEVEL_SWEEPS };
-        for _ in 0..sweeps {
-            for &[first, end] in level.classes.array_windows() {
-                for i in first as usize..end as usize {
-                    let neighbors = level.edges(i).map(|k| level.neighbors[k] as usize);
-                    let neighbors = neighbors.map(|j| (u[j], &frames[n][j]));
-                    u[i] = match field.smoothing {
-                        Smoothing::Intrinsic => relaxed_intrinsic(u[i], drawn[n][i], &frames[n][i], neighbors, ring),
-                        Smoothing::Extrinsic => relaxed_extrinsic(u[i], drawn[n][i], &frames[n][i], neighbors, ring),
-                    };
-                }
-            }
-        }
+        (0..sweeps).for_each(|_| sweep(field, level, &frames[n], &drawn[n], &mut u));
     }
-    parallel::collect(graph.len(), |i| {
-        let d = frames[0][i].root_of(u[i], ring);
-        let d = if field.quarter_turn {
-            d.cross(graph.normals[i])
-        } else {
-            d
+    unit_tangents(field, &u, &frames[0], turn)
+}
+
+/// [`smooth_directions`] after `sweeps` sweeps over the mesh that start from `previous`: the field as it was before the
+/// surface moved or the constraints changed a little, neither turned nor [`quarter_turn`](SmoothField::quarter_turn)ed.
+pub fn follow_smooth_directions(
+    field: &SmoothField,
+    constraints: &[Vec4],
+    previous: &[Vec3],
+    sweeps: u32,
+    turn: f32,
+    graph: &SurfaceGraph,
+) -> Vec<Vec3> {
+    let frames = &frames(graph)[0];
+    let drawn = powers(constraints, frames, field.ring);
+    let mut u = parallel::collect(graph.len(), |i| {
+        frames[i].power_of(previous[i], field.ring).normalize_or(Vec2::X)
+    });
+    (0..sweeps).for_each(|_| sweep(field, graph.mesh_level(), frames, &drawn, &mut u));
+    unit_tangents(field, &u, frames, turn)
+}
+
+/// What each vertex is drawn to.
+fn powers(constraints: &[Vec4], frames: &[Frame], ring: FieldRing) -> Vec<Vec2> {
+    parallel::collect(frames.len(), |i| {
+        constraints[i].w * frames[i].power_of(constraints[i].truncate(), ring)
+    })
+}
+
+/// Brings every node in line with its neighbours and what it is drawn to, colour class by colour class.
+fn sweep(field: &SmoothField, level: &Level, frames: &[Frame], drawn: &[Vec2], u: &mut [Vec2]) {
+    for i in 0..level.len() {
+        // Nodes are in the order of their colours.
+        let neighbors = level.edges(i).map(|k| level.neighbors[k] as usize);
+        let neighbors = neighbors.map(|j| (u[j], &frames[j]));
+        u[i] = match field.smoothing {
+            Smoothing::Intrinsic => relaxed_intrinsic(u[i], drawn[i], &frames[i], neighbors, field.ring),
+            Smoothing::Extrinsic => relaxed_extrinsic(u[i], drawn[i], &frames[i], neighbors, field.ring),
         };
-        turn_tangent(d, graph.normals[i], turn)
+    }
+}
+
+fn unit_tangents(field: &SmoothField, u: &[Vec2], frames: &[Frame], turn: f32) -> Vec<Vec3> {
+    parallel::collect(u.len(), |i| {
+        let n = frames[i].n;
+        let d = frames[i].root_of(u[i], field.ring);
+        let d = if field.quarter_turn { d.cross(n) } else { d };
+        turn_tangent(d, n, turn)
     })
 }
 

@@ -10,7 +10,8 @@ use super::{
 };
 use crate::error::PatternError;
 use bevy::{
-    mesh::{Indices, Mesh, PrimitiveTopology, morph::MorphAttributes},
+    math::bounding::Aabb3d,
+    mesh::{Indices, Mesh, PrimitiveTopology, VertexAttributeValues, morph::MorphAttributes},
     prelude::*,
 };
 
@@ -44,6 +45,83 @@ pub fn unindexed(mesh: &Mesh, soup: &TriangleSoup) -> Result<Mesh, PatternError>
     copy.final_aabb = mesh.final_aabb;
     copy.set_skinned_mesh_bounds(mesh.skinned_mesh_bounds().cloned());
     Ok(copy)
+}
+
+/// Repeats the attributes of `mesh` once more in `copy`, the drawn copy of what the mesh was before its attributes changed;
+/// `graph` is the mesh's own and gives normals where the mesh has none. `false` where this is not enough, since the mesh has
+/// other attributes than before, morph targets, or an attribute that is no float: then a new copy is needed.
+///
+/// # Errors
+/// [`MeshDataTaken`](PatternError::MeshDataTaken) of `mesh`.
+pub(super) fn repeat_attributes(
+    mesh: &Mesh,
+    soup: &TriangleSoup,
+    graph: &SurfaceGraph,
+    copy: &mut Mesh,
+) -> Result<bool, PatternError> {
+    if mesh.try_has_morph_targets().map_err(access_error)? {
+        return Ok(false);
+    }
+    let corners = soup.triangles.as_flattened();
+    let given = mesh.try_attributes().map_err(access_error)?.count();
+    let has_normals = mesh
+        .try_contains_attribute(Mesh::ATTRIBUTE_NORMAL)
+        .map_err(access_error)?;
+    let Ok(repeated) = copy.try_attributes_mut() else {
+        return Ok(false);
+    };
+    let mut count = 0;
+    for (attribute, values) in repeated {
+        count += 1;
+        let done = match mesh.try_attribute_option(attribute.id).map_err(access_error)? {
+            Some(given) => repeat(given, corners, values),
+            None => match values {
+                VertexAttributeValues::Float32x3(normals) if attribute.id == Mesh::ATTRIBUTE_NORMAL.id => gather(
+                    bytemuck::cast_slice(&graph.normals),
+                    graph.triangles.as_flattened(),
+                    normals,
+                ),
+                _ => false,
+            },
+        };
+        if !done {
+            return Ok(false);
+        }
+    }
+    copy.final_aabb = mesh.final_aabb.or_else(|| bounds(&soup.positions));
+    copy.set_skinned_mesh_bounds(mesh.skinned_mesh_bounds().cloned());
+    Ok(count == given + usize::from(!has_normals))
+}
+
+fn repeat(given: &VertexAttributeValues, corners: &[u32], values: &mut VertexAttributeValues) -> bool {
+    use VertexAttributeValues::{Float32, Float32x2, Float32x3, Float32x4};
+    match (given, values) {
+        (Float32(given), Float32(values)) => gather(given, corners, values),
+        (Float32x2(given), Float32x2(values)) => gather(given, corners, values),
+        (Float32x3(given), Float32x3(values)) => gather(given, corners, values),
+        (Float32x4(given), Float32x4(values)) => gather(given, corners, values),
+        _ => false,
+    }
+}
+
+/// One value per corner; whether there were as many.
+fn gather<T: Copy>(given: &[T], corners: &[u32], values: &mut [T]) -> bool {
+    if values.len() != corners.len() {
+        return false;
+    }
+    for (value, &corner) in values.iter_mut().zip(corners) {
+        *value = given[corner as usize];
+    }
+    true
+}
+
+/// The box around positions, so that Bevy need not look for it among all corners.
+fn bounds(positions: &[Vec3]) -> Option<Aabb3d> {
+    let first = *positions.first()?;
+    let (min, max) = positions
+        .iter()
+        .fold((first, first), |(min, max), &p| (min.min(p), max.max(p)));
+    Some(Aabb3d::from_min_max(min, max))
 }
 
 /// A copy of a list of points in which each point is a square of two triangles, in the order of

@@ -8,7 +8,8 @@
 //! alone away. Between the two, [`start_surfaces`] reads them.
 
 use super::{
-    CloudOptions, SurfaceGraph, WeldOptions, discs, insert_missing_normals, is_points, points, triangle_soup, unindexed,
+    CloudOptions, SurfaceGraph, TriangleSoup, WeldOptions, asset::repeat_attributes, discs, insert_missing_normals,
+    is_points, points, triangle_soup, unindexed,
 };
 use crate::error::PatternError;
 use bevy::{
@@ -139,25 +140,41 @@ pub(crate) fn start_surfaces(
         .filter(|(_, entry)| entry.stale && entry.task.is_none())
     {
         let kept = entry.kept.take();
-        let Some(mesh) = kept.as_ref().or_else(|| meshes.get(id)) else {
+        if kept.is_none() && !meshes.contains(id) {
             continue;
-        };
+        }
         entry.stale = false;
-        match written_in_place(mesh, &entry.state, &mut graphs) {
-            Ok(Some((copy, moved))) => {
-                if let SurfaceState::Ready(surface) = &mut entry.state {
+        let written = match &mut entry.state {
+            SurfaceState::Ready(surface) => {
+                // What is drawn is taken out, to be written while the mesh is read.
+                let mut copy = meshes.get_mut_untracked(&surface.drawn).map(take);
+                let mesh = kept.as_ref().or_else(|| meshes.get(id));
+                let written = match (mesh, graphs.get_mut(&surface.graph), &mut copy) {
+                    (Some(mesh), Some(mut graph), Some(copy)) => written_in_place(mesh, &mut graph, copy),
+                    _ => Ok(None),
+                };
+                if let Ok(Some(moved)) = written {
                     *version += 1;
                     surface.geometry = *version;
                     if moved {
                         surface.positions = *version;
                     }
-                    if surface.drawn.id() != id && meshes.insert(&surface.drawn, copy).is_err() {
-                        entry.stale = true;
-                    }
+                    // Bevy is told of it where there is news only.
+                    entry.stale = copy.is_some_and(|copy| meshes.insert(&surface.drawn, copy).is_err());
+                } else if let (Some(place), Some(copy)) = (meshes.get_mut_untracked(&surface.drawn), copy) {
+                    *place = copy;
                 }
+                written
             }
+            _ => Ok(None),
+        };
+        match written {
+            Ok(Some(_)) => {}
             Ok(None) => {
-                let (mesh, weld, cloud) = (mesh.clone(), weld.0, cloud.0);
+                let Some(mesh) = kept.or_else(|| meshes.get(id).cloned()) else {
+                    continue;
+                };
+                let (weld, cloud) = (weld.0, cloud.0);
                 entry.task = Some(AsyncComputeTaskPool::get().spawn(async move { build(&mesh, &weld, &cloud) }));
             }
             Err(error) => entry.state = SurfaceState::Failed(error),
@@ -192,39 +209,39 @@ pub(crate) fn finish_surfaces(
 }
 
 fn build(mesh: &Mesh, weld: &WeldOptions, cloud: &CloudOptions) -> Built {
-    let graph = if is_points(mesh) {
+    if is_points(mesh) {
         let soup = points(mesh)?;
-        SurfaceGraph::from_points(&soup.points, soup.normals.as_deref(), weld, cloud)?
-    } else {
-        SurfaceGraph::from_mesh(mesh, weld)?
-    };
-    let copy = drawn_copy(mesh, &graph)?;
+        let graph = SurfaceGraph::from_points(&soup.points, soup.normals.as_deref(), weld, cloud)?;
+        let copy = drawn_discs(mesh, &graph)?;
+        return Ok((graph, copy));
+    }
+    let soup = triangle_soup(mesh)?;
+    let graph = SurfaceGraph::from_triangles(&soup.positions, &soup.triangles, weld)?;
+    let copy = drawn_triangles(mesh, &soup, &graph)?;
     Ok((graph, copy))
 }
 
-fn drawn_copy(mesh: &Mesh, graph: &SurfaceGraph) -> Result<Mesh, PatternError> {
-    let mut copy = if graph.is_cloud() {
-        discs(mesh, graph)?
-    } else {
-        unindexed(mesh, &triangle_soup(mesh)?)?
-    };
+fn drawn_discs(mesh: &Mesh, graph: &SurfaceGraph) -> Result<Mesh, PatternError> {
+    let mut copy = discs(mesh, graph)?;
     insert_missing_normals(&mut copy, graph)?;
     Ok(copy)
 }
 
-/// Takes a mesh's new positions over into the graph that it has already; the new drawn mesh and whether any position is
-/// another one, or `None` where the graph must be built anew.
-fn written_in_place(
-    mesh: &Mesh,
-    state: &SurfaceState,
-    graphs: &mut Assets<SurfaceGraph>,
-) -> Result<Option<(Mesh, bool)>, PatternError> {
-    let SurfaceState::Ready(surface) = state else {
-        return Ok(None);
-    };
-    let Some(mut graph) = graphs.get_mut(&surface.graph) else {
-        return Ok(None);
-    };
+fn drawn_triangles(mesh: &Mesh, soup: &TriangleSoup, graph: &SurfaceGraph) -> Result<Mesh, PatternError> {
+    let mut copy = unindexed(mesh, soup)?;
+    insert_missing_normals(&mut copy, graph)?;
+    Ok(copy)
+}
+
+/// A mesh, which leaves an empty one behind.
+fn take(mesh: &mut Mesh) -> Mesh {
+    let empty = Mesh::new(mesh.primitive_topology(), mesh.asset_usage);
+    std::mem::replace(mesh, empty)
+}
+
+/// Takes a mesh's new positions and attributes over into the graph and the drawn `copy` that it has already; whether any
+/// position is another one, or `None` where both must be built anew.
+fn written_in_place(mesh: &Mesh, graph: &mut SurfaceGraph, copy: &mut Mesh) -> Result<Option<bool>, PatternError> {
     if is_points(mesh) != graph.is_cloud() {
         return Ok(None);
     }
@@ -234,7 +251,8 @@ fn written_in_place(
             return Ok(None);
         }
         graph.update_points(&soup.points, soup.normals.as_deref())?;
-        return Ok(Some((drawn_copy(mesh, &graph)?, true)));
+        *copy = drawn_discs(mesh, graph)?;
+        return Ok(Some(true));
     }
     let soup = triangle_soup(mesh)?;
     let same = soup.positions.len() == graph.vertex_of.len()
@@ -248,5 +266,8 @@ fn written_in_place(
         return Ok(None);
     }
     let moved = graph.update_positions(&soup.positions)?;
-    Ok(Some((drawn_copy(mesh, &graph)?, moved)))
+    if !repeat_attributes(mesh, &soup, graph, copy)? {
+        *copy = drawn_triangles(mesh, &soup, graph)?;
+    }
+    Ok(Some(moved))
 }

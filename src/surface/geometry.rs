@@ -4,6 +4,7 @@
 //! angles, and a third of their areas. Angles, unlike areas, make the normal independent of how a face is triangulated.
 //! Cross products are formed in f64, where they neither underflow nor overflow for any f32 positions.
 
+use crate::parallel;
 use bevy::{
     math::{DVec3, Vec4},
     prelude::*,
@@ -21,18 +22,40 @@ pub(crate) fn double_area(corners: [Vec3; 3]) -> Option<DVec3> {
     (cross.length() > 4.0 * f64::EPSILON * longest).then_some(cross)
 }
 
+/// What a triangle contributes to its vertices.
+#[derive(Clone, Copy, Default)]
+struct Share {
+    normal: Vec3,
+    /// In radians; 0 where the triangle has no area.
+    angles: [f32; 3],
+    /// A third of the area.
+    area: f64,
+}
+
+impl Share {
+    fn of(corners: [Vec3; 3]) -> Self {
+        let Some(cross) = double_area(corners) else {
+            return Self::default();
+        };
+        let length = cross.length();
+        Self {
+            normal: (cross / length).as_vec3(),
+            angles: angles(corners, length),
+            area: length / 6.0,
+        }
+    }
+}
+
 /// Unit normals and areas of all vertices. Triangles without an area count for nothing.
 pub(super) fn normals_and_areas(positions: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<f32>) {
+    let share = |t: usize| Share::of(triangles[t].map(|v| positions[v as usize]));
+    let shares = parallel::collect(triangles.len(), share);
     let mut normals = vec![Vec4::ZERO; positions.len()];
     let mut areas = vec![0.0_f64; positions.len()];
-    for triangle in triangles {
-        let corners = triangle.map(|v| positions[v as usize]);
-        let Some(cross) = double_area(corners) else { continue };
-        let length = cross.length();
-        let normal = (cross / length).as_vec3().extend(1.0);
-        for (&vertex, angle) in triangle.iter().zip(angles(corners, length)) {
-            normals[vertex as usize] += angle * normal;
-            areas[vertex as usize] += length / 6.0;
+    for (triangle, share) in triangles.iter().zip(&shares) {
+        for (&vertex, angle) in triangle.iter().zip(share.angles) {
+            normals[vertex as usize] += angle * share.normal.extend(1.0);
+            areas[vertex as usize] += share.area;
         }
     }
     (

@@ -43,10 +43,10 @@ pub fn triangle_soup(mesh: &Mesh) -> Result<TriangleSoup, PatternError> {
     let triangles = match mesh.try_indices_option().map_err(access_error)? {
         Some(Indices::U16(indices)) if strip => strips(indices, u16::MAX),
         Some(Indices::U32(indices)) if strip => strips(indices, u32::MAX),
-        Some(Indices::U16(indices)) => list(indices.iter().map(|&i| u32::from(i))),
-        Some(Indices::U32(indices)) => list(indices.iter().copied()),
+        Some(Indices::U16(indices)) => list(indices),
+        Some(Indices::U32(indices)) => list(indices),
         None if strip => strip_triangles(&(0..vertices as u32).collect::<Vec<_>>()).collect(),
-        None => list(0..vertices as u32),
+        None => list(&(0..vertices as u32).collect::<Vec<_>>()),
     };
     check_indices(&triangles, vertices)?;
     Ok(TriangleSoup { positions, triangles })
@@ -138,9 +138,9 @@ pub(super) fn check_indices(triangles: &[[u32; 3]], vertices: usize) -> Result<(
     }
 }
 
-fn list(indices: impl Iterator<Item = u32>) -> Vec<[u32; 3]> {
-    let indices: Vec<u32> = indices.collect();
-    indices.as_chunks().0.to_vec()
+fn list<I: Copy + Into<u32>>(indices: &[I]) -> Vec<[u32; 3]> {
+    let triangles = indices.as_chunks::<3>().0.iter();
+    triangles.map(|triangle| triangle.map(Into::into)).collect()
 }
 
 /// All strips of an index buffer, each as long as it goes without the restart index.

@@ -6,46 +6,78 @@
     Coupling, Frame, aligned_distance, direction_of, phasor, quarter_turns, turned_reversed, turned_wave,
 }
 #import bevy_field_patterns::passes::{
-    surface, geometry, wave, edges, balance, load_item, load_level, pull_of, with_flip, with_swap, WORKGROUP,
+    surface, geometry, wave, edges, balance, Pins, load_item, load_level, load_pins, pull_of, with_flip, with_swap, WORKGROUP,
 }
 
-fn load_frame(geometry_base: u32, d: vec3<f32>, i: u32) -> Frame {
-    return Frame(d, cross(geometry[geometry_base + 2u * i + 1u].xyz, d));
+const WAVES: u32 = #{KIND}u + 1u;
+
+// What the edge pass knows of an entity.
+struct Inputs {
+    coupling: Coupling,
+    // Frequency of each wave over that of the first.
+    ratio: vec2<f32>,
+    geometry_base: u32,
+    field_base: u32,
+    pins: Pins,
+}
+
+fn load_inputs(record: u32) -> Inputs {
+    let flags = surface[record + 2u];
+    return Inputs(
+        Coupling(WAVES, (flags & FLAG_VECTOR) != 0u, WAVES == 2u && (flags & FLAG_CROSS) != 0u),
+        vec2(1.0, bitcast<f32>(surface[record + 18u])),
+        surface[record + 5u],
+        surface[record + 6u],
+        load_pins(record),
+    );
+}
+
+// Where a vertex is, its frame and its frequency.
+struct Vertex {
+    position: vec3<f32>,
+    frame: Frame,
+    frequency: f32,
+}
+
+fn load_vertex(inputs: Inputs, i: u32) -> Vertex {
+    let position = geometry[inputs.geometry_base + 2u * i].xyz;
+    let xy = wave[inputs.field_base + 2u * i];
+    let zf = wave[inputs.field_base + 2u * i + 1u];
+    let d = vec3(xy, zf.x);
+#if KIND == 1
+    let frame = Frame(d, cross(geometry[inputs.geometry_base + 2u * i + 1u].xyz, d));
+#else
+    let frame = Frame(d, d);
+#endif
+    return Vertex(position, frame, zf.y);
 }
 
 // w e^{i phase}, flip and source of every directed edge into a vertex, and 1 / sum of weights, that of a pin among them.
-fn weigh_vertex(record: u32, level: LevelRecord, i: u32) {
-    let flags = surface[record + 2u];
-    let coupling = Coupling(level.waves, (flags & FLAG_VECTOR) != 0u, (flags & FLAG_CROSS) != 0u);
-    let geometry_base = surface[record + 5u];
-    let field_base = surface[record + 6u];
-    var ratio = vec2(1.0, bitcast<f32>(surface[record + 18u]));
-    let v_i = geometry[geometry_base + 2u * i].xyz;
-    let f_i = wave[field_base + 2u * i + 1u].y;
-    let frame_i = load_frame(geometry_base, vec3(wave[field_base + 2u * i], wave[field_base + 2u * i + 1u].x), i);
+fn weigh_vertex(inputs: Inputs, level: LevelRecord, i: u32) {
+    let target_vertex = load_vertex(inputs, i);
     var sum = vec2(0.0);
     let end = surface[level.offset_base + i + 1u];
     for (var k = surface[level.offset_base + i]; k < end; k++) {
-        let j = surface[level.neighbor_base + k];
-        let v = v_i - geometry[geometry_base + 2u * j].xyz;
-        let f_j = wave[field_base + 2u * j + 1u].y;
-        let frame_j = load_frame(geometry_base, vec3(wave[field_base + 2u * j], wave[field_base + 2u * j + 1u].x), j);
-        let turns = quarter_turns(coupling, frame_j, frame_i);
-        for (var r = 0u; r < level.waves; r++) {
-            let m = turned_wave(turns, r);
+        let source = load_vertex(inputs, surface[level.neighbor_base + k]);
+        let v = target_vertex.position - source.position;
+        let frequency = 0.5 * (target_vertex.frequency + source.frequency);
+        let turns = quarter_turns(inputs.coupling, source.frame, target_vertex.frame);
+        for (var r = 0u; r < WAVES; r++) {
+            let m = select(turned_wave(turns, r), 0u, WAVES == 1u);
             let flip = turned_reversed(turns, r);
-            let d_j = direction_of(frame_j, m);
-            let d_i = select(direction_of(frame_i, r), -direction_of(frame_i, r), flip);
+            let d_j = direction_of(source.frame, m);
+            let d_r = direction_of(target_vertex.frame, r);
+            let d_i = select(d_r, -d_r, flip);
             let weight = max(dot(d_i, d_j), 0.0);
-            let periods = ratio[r] * 0.5 * (f_i + f_j) * aligned_distance(v, d_j, d_i);
+            let periods = inputs.ratio[r] * frequency * aligned_distance(v, d_j, d_i);
             let constant = with_swap(weight * phasor(periods), m ^ r);
-            edges[level.edge_base + level.waves * k + r] = with_flip(constant, flip);
+            edges[level.edge_base + WAVES * k + r] = with_flip(constant, flip);
             sum[r] += weight;
         }
     }
-    for (var r = 0u; r < level.waves; r++) {
-        let total = sum[r] + abs(pull_of(record, r, i));
-        balance[level.balance_base + level.waves * i + r] = select(0.0, 1.0 / total, total > 0.0);
+    for (var r = 0u; r < WAVES; r++) {
+        let total = sum[r] + abs(pull_of(inputs.pins, r, i));
+        balance[level.balance_base + WAVES * i + r] = select(0.0, 1.0 / total, total > 0.0);
     }
 }
 
@@ -53,7 +85,8 @@ fn weigh_vertex(record: u32, level: LevelRecord, i: u32) {
 fn edge_weights(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
     let level = load_level(item.x, 0u);
+    let inputs = load_inputs(item.x);
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        weigh_vertex(item.x, level, i);
+        weigh_vertex(inputs, level, i);
     }
 }

@@ -2,12 +2,15 @@
 //!
 //! [`plan`](super::plan) makes it in the main world, [`render`](super::render) records it in the render world.
 
-use super::arena::Pool;
+use super::{
+    arena::Pool,
+    layout::{DIRECTION_KINDS, FREQUENCY_KINDS},
+};
 use crate::arena::Upload;
 use bevy::{asset::AssetId, render::storage::ShaderBuffer};
 use bytemuck::{Pod, Zeroable};
 
-/// The compute passes; each is an entry point of the same name.
+/// The compute passes; each is an entry point of the same name, and a pipeline for each of its kinds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Pass {
     /// Directions, from wherever they come.
@@ -48,7 +51,9 @@ pub(crate) enum Pass {
     Report,
     /// What smoothed fields are drawn to, at the vertices.
     SmoothConstrain,
-    /// The same on a coarser level.
+    /// The same, and smoothed fields as they were.
+    SmoothFollow,
+    /// What they are drawn to on a coarser level.
     SmoothRestrict,
     /// The top level of smoothed fields.
     SmoothStart,
@@ -72,7 +77,7 @@ pub(crate) enum Pass {
 
 impl Pass {
     /// All passes, in the order of their discriminants.
-    pub(crate) const ALL: [Self; 29] = [
+    pub(crate) const ALL: [Self; 30] = [
         Self::Directions,
         Self::Frequencies,
         Self::EdgeWeights,
@@ -92,6 +97,7 @@ impl Pass {
         Self::BranchesTotal,
         Self::Report,
         Self::SmoothConstrain,
+        Self::SmoothFollow,
         Self::SmoothRestrict,
         Self::SmoothStart,
         Self::SmoothProlong,
@@ -126,6 +132,7 @@ impl Pass {
             Self::BranchesTotal => "branches_total",
             Self::Report => "report",
             Self::SmoothConstrain => "smooth_constrain",
+            Self::SmoothFollow => "smooth_follow",
             Self::SmoothRestrict => "smooth_restrict",
             Self::SmoothStart => "smooth_start",
             Self::SmoothProlong => "smooth_prolong",
@@ -136,6 +143,18 @@ impl Pass {
             Self::Limit => "limit",
             Self::Transports => "transports",
             Self::SmoothLines => "smooth_lines",
+        }
+    }
+
+    /// Number of its kinds. Each is a pipeline of its own, with the kind as `KIND` in the shader, so that a vertex loads nothing
+    /// that it has no use for: for directions and frequencies where they come from, for edges and sweeps one less than the
+    /// number of waves, for sweeps of smoothed fields intrinsic and extrinsic ones.
+    pub(crate) fn kinds(self) -> u32 {
+        match self {
+            Self::Directions => DIRECTION_KINDS,
+            Self::Frequencies => FREQUENCY_KINDS,
+            Self::EdgeWeights | Self::SweepFine | Self::SweepLocal | Self::SmoothSweep => 2,
+            _ => 1,
         }
     }
 
@@ -171,6 +190,8 @@ pub(super) const ROW: u32 = 32_768;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Step {
     pub(crate) pass: Pass,
+    /// Of the pass's [`kinds`](Pass::kinds).
+    pub(crate) kind: u32,
     pub(crate) uniform: StepUniform,
 }
 

@@ -39,8 +39,9 @@ fn align_node(level: LevelRecord, index: u32, i: u32) {
 @compute @workgroup_size(64)
 fn align(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
+    let level = load_level(item.x, item.y);
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        align_node(load_level(item.x, item.y), item.y, i);
+        align_node(level, item.y, i);
     }
 }
 
@@ -143,8 +144,10 @@ fn settle_edge(waves: u32, here: u32, back: u32) {
 @compute @workgroup_size(64)
 fn coarsen(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
+    let level = load_level(item.x, item.y);
+    let coarse = load_level(item.x, item.y + 1u);
     for (var p = item.z + local; p < item.w; p += WORKGROUP) {
-        coarsen_node(load_level(item.x, item.y), item.y, load_level(item.x, item.y + 1u), p);
+        coarsen_node(level, item.y, coarse, p);
     }
 }
 
@@ -160,8 +163,10 @@ fn prolong_node(level: LevelRecord, coarse: LevelRecord, i: u32) {
 @compute @workgroup_size(64)
 fn prolong(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
+    let level = load_level(item.x, item.y);
+    let coarse = load_level(item.x, item.y + 1u);
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        prolong_node(load_level(item.x, item.y), load_level(item.x, item.y + 1u), i);
+        prolong_node(level, coarse, i);
     }
 }
 
@@ -185,8 +190,9 @@ fn sweep_node(level: LevelRecord, i: u32, omega: f32) {
 @compute @workgroup_size(64)
 fn sweep_coarse(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
+    let level = load_level(item.x, item.y);
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        sweep_node(load_level(item.x, item.y), i, step.omega);
+        sweep_node(level, i, step.omega);
     }
 }
 

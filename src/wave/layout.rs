@@ -3,7 +3,7 @@
 //! | buffer | element | what it holds |
 //! |---|---|---|
 //! | surface | `u32` | records of entities; triangles, neighbours, hierarchy of graphs |
-//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id); of a point cloud two more |
+//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id); of a point cloud two more; vectors given per vertex; rigs and poses |
 //! | wave | `vec2<f32>` | per entity: d and f of each vertex, phasors of every level |
 //! | edges | `vec2<f32>` | per entity, solver only: weight of each directed edge of every level |
 //! | balance | `f32` | per entity, solver only: one number per node of every level |
@@ -52,6 +52,8 @@ pub(crate) const DIRECTION_SMOOTH: u32 = 6;
 pub(crate) const DIRECTION_BUFFER: u32 = 7;
 /// Principal curvature of a surface that is posed on the device.
 pub(crate) const DIRECTION_CURVATURE: u32 = 8;
+/// Number of `DIRECTION_*`.
+pub(crate) const DIRECTION_KINDS: u32 = 9;
 
 /// One frequency for all vertices.
 pub(crate) const FREQUENCY_UNIFORM: u32 = 0;
@@ -65,6 +67,8 @@ pub(crate) const FREQUENCY_SCREEN: u32 = 3;
 pub(crate) const FREQUENCY_SCALAR: u32 = 4;
 /// A frequency per vertex of the mesh, copied from a user's buffer.
 pub(crate) const FREQUENCY_BUFFER: u32 = 5;
+/// Number of `FREQUENCY_*`.
+pub(crate) const FREQUENCY_KINDS: u32 = 6;
 
 /// In [`PatternRecord::sources`]: the eigenvalues of tensors become the scalars.
 pub(crate) const SOURCE_SCALARS: u32 = 1 << 16;
@@ -137,29 +141,37 @@ pub struct PatternRecord {
     pub pull: f32,
 }
 
-/// How an entity is posed. The matrices of its joints follow, three rows of four numbers each, and then the weights of its
-/// morph targets.
+/// How an entity is posed.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct PoseRecord {
     /// Number of matrices, 1 or more; the first is everybody's where there is no skin.
     pub joints: u32,
-    /// Number of weights.
+    /// Number of weights of morph targets.
     pub targets: u32,
-    /// `surface[skin_base + 6 v]` are two joints of vertex v, 16 bits each, the next one two more, then four weights; 0:
-    /// there is no skin.
+    /// `geometry[matrix_base + 3 j]` and the next two are the rows of the matrix of joint j. Behind them all, the first
+    /// component of element t is the weight of morph target t.
+    pub matrix_base: u32,
+    /// `geometry[skin_base + 2 v]` are the four joints of vertex v as numbers, the next one their weights; 0: there is no
+    /// skin.
     pub skin_base: u32,
-    /// `surface[target_base + 3 (t V + v)]`.. is by how much morph target t displaces vertex v of V.
+    /// `geometry[target_base + t V + v]` is by how much morph target t displaces vertex v of V.
     pub target_base: u32,
     /// Positions, areas, normals and ids at rest, as [`PatternRecord::geometry_base`].
     pub rest_base: u32,
-    /// `surface[corner_offset_base + v] .. surface[corner_offset_base + v + 1]` are the corners around vertex v.
-    pub corner_offset_base: u32,
-    /// `surface[corner_base + k]` is corner c of triangle t, as 3 t + c.
-    pub corner_base: u32,
+    /// `geometry[position_base + v]` is the posed position of vertex v.
+    pub position_base: u32,
+    /// `surface[fan_offset_base + v] .. surface[fan_offset_base + v + 1]` are the entries of vertex v's fans.
+    pub fan_offset_base: u32,
+    /// `surface[fan_base + k]`: vertices around a vertex, counter-clockwise, each of which makes a triangle with the vertex
+    /// and the next entry; [`NO_VERTEX`] between two fans.
+    pub fan_base: u32,
     /// Unused.
-    pub pad: u32,
+    pub pad: [u32; 3],
 }
+
+/// Between the fans of a vertex.
+pub const NO_VERTEX: u32 = u32::MAX;
 
 /// One level of an entity's hierarchy.
 #[repr(C)]

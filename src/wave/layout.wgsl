@@ -29,7 +29,8 @@ const SOURCE_SCALARS: u32 = 65536u;
 
 const RECORD_WORDS: u32 = 32u;
 const LEVEL_WORDS: u32 = 12u;
-const POSE_WORDS: u32 = 8u;
+
+const NO_VERTEX: u32 = 0xffffffffu;
 
 struct PatternRecord {
     vertices: u32,
@@ -55,6 +56,18 @@ struct PatternRecord {
     frequency_base: u32,
     parameter_base: u32,
     smooth_base: u32,
+}
+
+struct PoseRecord {
+    joints: u32,
+    targets: u32,
+    matrix_base: u32,
+    skin_base: u32,
+    target_base: u32,
+    rest_base: u32,
+    position_base: u32,
+    fan_offset_base: u32,
+    fan_base: u32,
 }
 
 struct LevelRecord {

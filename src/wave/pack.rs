@@ -39,11 +39,13 @@ pub(crate) struct PackedLevel {
 /// normals and axes that may be elsewhere than the graph's own; the id is the bits of the graph's first mesh vertex there.
 pub(crate) fn geometry(graph: &SurfaceGraph, positions: &[Vec3], normals: &[Vec3], discs: &[[Vec3; 2]]) -> Vec<Vec4> {
     let ids = graph.first_vertices();
+    let mut elements = Vec::with_capacity(2 * (positions.len() + discs.len()));
     let vertices = positions.iter().zip(&graph.areas).zip(normals).zip(ids);
-    vertices
-        .flat_map(|(((p, &area), n), id)| [p.extend(area), n.extend(f32::from_bits(id))])
-        .chain(discs.iter().flatten().map(|axis| axis.extend(0.0)))
-        .collect()
+    for (((p, &area), n), id) in vertices {
+        elements.extend([p.extend(area), n.extend(f32::from_bits(id))]);
+    }
+    elements.extend(discs.iter().flatten().map(|axis| axis.extend(0.0)));
+    elements
 }
 
 impl PackedGraph {
@@ -212,7 +214,7 @@ impl PatternRanges {
         )?;
         let momentum = if local { waves * graph.vertices } else { 0 };
         self.field = self.take(arena, Pool::Wave, 2 * graph.vertices + nodes + momentum)?;
-        // The passes of a posed surface lay down more here, before there are edge constants.
+        // Lines of curvature are laid down here, before there are edge constants.
         let laid_down = graph.levels[0].edges + 2 * graph.vertices + 1;
         let mut edge_base = self.take(arena, Pool::Edges, edges.max(laid_down))?;
         let state_base = self.take(arena, Pool::Balance, STATE_WORDS + partials + nodes)?;

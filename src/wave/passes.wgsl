@@ -13,6 +13,8 @@
 // item     (record, level, first node, end node): the work of one workgroup; in sums over the mesh the second is the
 //          number of the partial sum
 //
+// What is the same for all vertices of an entity is loaded before the loop over them; compilers do not move loads out of it.
+//
 // One dispatch serves the nodes of many entities; `items` says which. Nodes of one dispatch are never neighbours where
 // it matters (sweeps go colour class by colour class).
 
@@ -83,14 +85,27 @@ fn state_base(record: u32) -> u32 {
     return surface[record + 16u];
 }
 
-// How much wave r of a vertex is drawn to a crest (below 0: to a trough).
-fn pull_of(record: u32, r: u32, i: u32) -> f32 {
-    let pins = surface[record + 30u];
-    if pins == 0u || (r == 1u && (surface[record + 2u] & FLAG_CROSS) == 0u) {
+// What draws vertices of a pattern to crests (below 0: to troughs).
+struct Pins {
+    // Of a bit per vertex; 0: none is drawn.
+    base: u32,
+    pull: f32,
+    // Both waves are.
+    both: bool,
+}
+
+fn load_pins(record: u32) -> Pins {
+    let both = (surface[record + 2u] & FLAG_CROSS) != 0u;
+    return Pins(surface[record + 30u], bitcast<f32>(surface[record + 31u]), both);
+}
+
+// How much wave r of vertex i is drawn.
+fn pull_of(pins: Pins, r: u32, i: u32) -> f32 {
+    if pins.base == 0u || (r == 1u && !pins.both) {
         return 0.0;
     }
-    let pinned = ((surface[pins + i / 32u] >> (i % 32u)) & 1u) == 1u;
-    return select(0.0, bitcast<f32>(surface[record + 31u]), pinned);
+    let pinned = ((surface[pins.base + i / 32u] >> (i % 32u)) & 1u) == 1u;
+    return select(0.0, pins.pull, pinned);
 }
 
 // The item of this workgroup; an empty one behind the last.

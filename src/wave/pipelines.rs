@@ -1,9 +1,9 @@
 //! The solver's compute pipelines.
 //!
-//! In: a device. Out: one pipeline per [`Pass`], or what the device lacks.
+//! In: a device. Out: one pipeline per kind of [`Pass`], or what the device lacks.
 
 use super::{
-    frame::{Pass, StepUniform},
+    frame::{Pass, Step, StepUniform},
     pack::ITEM,
     status::GpuStatus,
 };
@@ -19,6 +19,7 @@ use bevy::{
         },
         renderer::{RenderAdapterInfo, RenderDevice},
     },
+    shader::ShaderDefVal,
 };
 use std::num::NonZeroU64;
 
@@ -27,14 +28,20 @@ use std::num::NonZeroU64;
 pub(super) struct Pipelines {
     /// Of all passes, and of those that write positions and normals.
     pub(super) layouts: [BindGroupLayoutDescriptor; 2],
-    pub(super) ids: [CachedComputePipelineId; Pass::ALL.len()],
+    /// Of each pass those of its kinds.
+    ids: [Vec<CachedComputePipelineId>; Pass::ALL.len()],
 }
 
 impl Pipelines {
+    /// The pipeline of a step.
+    pub(super) fn id(&self, step: &Step) -> CachedComputePipelineId {
+        self.ids[step.pass as usize][step.kind as usize]
+    }
+
     /// Whether all of them can be used. What does not compile is told to the main world.
     pub(super) fn compiled(&self, cache: &PipelineCache, status: &GpuStatus) -> bool {
         let mut compiled = true;
-        for id in self.ids {
+        for &id in self.ids.iter().flatten() {
             match cache.get_compute_pipeline_state(id) {
                 CachedPipelineState::Ok(_) => {}
                 CachedPipelineState::Err(error) => {
@@ -101,6 +108,7 @@ pub(super) fn init_pipelines(
     let ids = Pass::ALL.map(|pass| {
         let shader = match pass {
             Pass::SmoothConstrain
+            | Pass::SmoothFollow
             | Pass::SmoothRestrict
             | Pass::SmoothStart
             | Pass::SmoothProlong
@@ -124,13 +132,17 @@ pub(super) fn init_pipelines(
                 load_embedded_asset!(&*assets, "pose/curvature.wgsl")
             }
         };
-        cache.queue_compute_pipeline(ComputePipelineDescriptor {
-            label: Some(pass.entry_point().into()),
-            layout: vec![layouts[usize::from(pass.writes_geometry())].clone()],
-            shader,
-            entry_point: Some(pass.entry_point().into()),
-            ..default()
-        })
+        let queue = |kind| {
+            cache.queue_compute_pipeline(ComputePipelineDescriptor {
+                label: Some(pass.entry_point().into()),
+                layout: vec![layouts[usize::from(pass.writes_geometry())].clone()],
+                shader: shader.clone(),
+                shader_defs: vec![ShaderDefVal::UInt("KIND".into(), kind)],
+                entry_point: Some(pass.entry_point().into()),
+                ..default()
+            })
+        };
+        (0..pass.kinds()).map(queue).collect()
     });
     commands.insert_resource(Pipelines { layouts, ids });
 }
@@ -176,6 +188,7 @@ pub(super) fn stage(pass: Pass) -> &'static str {
         Pass::Directions
         | Pass::Frequencies
         | Pass::SmoothConstrain
+        | Pass::SmoothFollow
         | Pass::SmoothRestrict
         | Pass::SmoothStart
         | Pass::SmoothProlong

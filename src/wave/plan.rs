@@ -4,6 +4,8 @@
 
 mod smooth;
 
+pub(crate) use smooth::Smoothed;
+
 use super::{
     frame::{BufferCopy, Frame, Pass, ROW, Step, StepUniform},
     pack::PackedGraph,
@@ -22,6 +24,8 @@ const SMALL_LEVEL: u32 = 1024;
 #[derive(Debug, Clone)]
 pub(crate) struct Member {
     pub(crate) record: u32,
+    /// Number of waves.
+    pub(crate) waves: u32,
     pub(crate) graph: Arc<PackedGraph>,
 }
 
@@ -62,12 +66,12 @@ pub(crate) struct Work {
     pub(crate) posed: Vec<Member>,
     /// Principal curvature is that of a posed surface, with so many steps of smoothing.
     pub(crate) curved: Vec<(Member, u32)>,
-    /// Fields are smoothed, with so many sweeps over the mesh.
-    pub(crate) smooth: Vec<(Member, u32)>,
-    /// Directions are evaluated.
-    pub(crate) directions: Vec<Member>,
-    /// Frequencies are evaluated.
-    pub(crate) frequencies: Vec<Member>,
+    /// Fields are smoothed.
+    pub(crate) smooth: Vec<Smoothed>,
+    /// Directions are evaluated, from a kind of source (`DIRECTION_*`).
+    pub(crate) directions: Vec<(Member, u32)>,
+    /// Frequencies are evaluated, from a kind of source (`FREQUENCY_*`).
+    pub(crate) frequencies: Vec<(Member, u32)>,
     /// Users' buffers that directions and frequencies come from.
     pub(crate) copies: Vec<BufferCopy>,
     /// An input changed: edge constants are made anew.
@@ -104,9 +108,14 @@ pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mu
     planner.pose(&work.posed);
     planner.curvature(&work.curved);
     planner.smooth(&work.smooth);
-    planner.pass_over_vertices(Pass::Directions, &work.directions);
-    planner.pass_over_vertices(Pass::Frequencies, &work.frequencies);
-    planner.pass_over_vertices(Pass::EdgeWeights, &work.changed);
+    planner.pass_by_kind(Pass::Directions, &work.directions);
+    planner.pass_by_kind(Pass::Frequencies, &work.frequencies);
+    let changed: Vec<_> = work
+        .changed
+        .iter()
+        .map(|member| (member.clone(), member.waves - 1))
+        .collect();
+    planner.pass_by_kind(Pass::EdgeWeights, &changed);
     match &settings.cold_start {
         ColdStart::Hierarchy { level_sweeps } => planner.hierarchy(&work.cold, *level_sweeps, false),
         ColdStart::Local(_) => planner.local(&work.cold),
@@ -169,6 +178,10 @@ impl Planner<'_> {
     }
 
     pub(super) fn step(&mut self, pass: Pass, items: &Range<u32>, uniform: StepUniform) {
+        self.step_of_kind(pass, 0, items, uniform);
+    }
+
+    fn step_of_kind(&mut self, pass: Pass, kind: u32, items: &Range<u32>, uniform: StepUniform) {
         if !items.is_empty() {
             let uniform = StepUniform {
                 first_item: items.start,
@@ -176,7 +189,7 @@ impl Planner<'_> {
                 row: ROW,
                 ..uniform
             };
-            self.frame.steps.push(Step { pass, uniform });
+            self.frame.steps.push(Step { pass, kind, uniform });
         }
     }
 
@@ -185,8 +198,30 @@ impl Planner<'_> {
         self.step(pass, &items, StepUniform::default());
     }
 
-    fn relax(&mut self, pass: Pass, classes: &[Range<u32>], relaxation: u32, omega: f32) {
-        self.frame.sweeps += u32::from(pass == Pass::SweepFine && !classes.is_empty());
+    /// A pass over the vertices of members, each with its kind.
+    fn pass_by_kind(&mut self, pass: Pass, members: &[(Member, u32)]) {
+        for kind in 0..pass.kinds() {
+            let of_kind = members.iter().filter(|(_, its)| *its == kind);
+            let of_kind: Vec<Member> = of_kind.map(|(member, _)| member.clone()).collect();
+            let items = self.level_items(&of_kind, 0);
+            self.step_of_kind(pass, kind, &items, StepUniform::default());
+        }
+    }
+
+    /// Items over each colour class of the mesh, of the members with one wave and of those with two.
+    fn fine_classes<'m>(&mut self, members: impl Iterator<Item = &'m Member> + Clone) -> [Vec<Range<u32>>; 2] {
+        [1, 2].map(|waves| self.class_items(members.clone().filter(move |member| member.waves == waves), 0))
+    }
+
+    /// A sweep over the mesh.
+    fn relax_fine(&mut self, classes: &[Vec<Range<u32>>; 2], relaxation: u32, omega: f32) {
+        self.frame.sweeps += u32::from(classes.iter().any(|classes| !classes.is_empty()));
+        for (kind, classes) in (0..).zip(classes) {
+            self.relax(Pass::SweepFine, kind, classes, relaxation, omega);
+        }
+    }
+
+    fn relax(&mut self, pass: Pass, kind: u32, classes: &[Range<u32>], relaxation: u32, omega: f32) {
         for items in classes {
             let uniform = StepUniform {
                 relaxation,
@@ -194,7 +229,7 @@ impl Planner<'_> {
                 softness: self.settings.softness,
                 ..StepUniform::default()
             };
-            self.step(pass, items, uniform);
+            self.step_of_kind(pass, kind, items, uniform);
         }
     }
 
@@ -267,7 +302,7 @@ impl Planner<'_> {
             let classes = self.class_items(large(), level);
             for n in 0..level_sweeps {
                 let omega = if n == 0 { 1.0 } else { self.settings.omega };
-                self.relax(Pass::SweepCoarse, &classes, TURN, omega);
+                self.relax(Pass::SweepCoarse, 0, &classes, TURN, omega);
             }
         }
     }
@@ -285,17 +320,19 @@ impl Planner<'_> {
         };
         let vertices = self.partial_sums(cold, |member| member.graph.vertices);
         self.step(Pass::StartLocal, &vertices, uniform);
-        let classes = self.class_items(cold.iter(), 0);
+        let classes = self.fine_classes(cold.iter());
         let partials = self.sums_of(cold, |member| member.graph.vertices);
         for n in 0..rule.max_sweeps {
-            self.frame.sweeps += u32::from(!classes.is_empty());
-            let skipped = if rule.skip_last_third && n % 2 == 1 {
-                classes.len() / 3
-            } else {
-                0
-            };
-            for items in &classes[..classes.len() - skipped] {
-                self.step(Pass::SweepLocal, items, uniform);
+            self.frame.sweeps += u32::from(classes.iter().any(|classes| !classes.is_empty()));
+            for (kind, classes) in (0..).zip(&classes) {
+                let skipped = if rule.skip_last_third && n % 2 == 1 {
+                    classes.len() / 3
+                } else {
+                    0
+                };
+                for items in &classes[..classes.len() - skipped] {
+                    self.step_of_kind(Pass::SweepLocal, kind, items, uniform);
+                }
             }
             if rule.epsilon > 0.0 {
                 self.step(Pass::EnergyPartial, &vertices, uniform);
@@ -340,14 +377,14 @@ impl Planner<'_> {
             |sweeps| sweeps.soft,
             |planner, items, first| {
                 // After unit phasors the first sweep is not over-relaxed: it would overshoot.
-                planner.relax(Pass::SweepFine, items, SOFT, if first { 1.0 } else { omega });
+                planner.relax_fine(items, SOFT, if first { 1.0 } else { omega });
             },
         );
         self.joining(
             sweeping,
             |sweeps| sweeps.plain,
             |planner, items, _| {
-                planner.relax(Pass::SweepFine, items, PLAIN, 1.0);
+                planner.relax_fine(items, PLAIN, 1.0);
             },
         );
     }
@@ -358,17 +395,17 @@ impl Planner<'_> {
         &mut self,
         sweeping: &[(Member, Sweeps)],
         count: impl Fn(&Sweeps) -> u32,
-        sweep: impl Fn(&mut Self, &[Range<u32>], bool),
+        sweep: impl Fn(&mut Self, &[Vec<Range<u32>>; 2], bool),
     ) {
         let longest = sweeping.iter().map(|(_, sweeps)| count(sweeps)).max().unwrap_or(0);
-        let (mut taking_part, mut classes) = (0, Vec::new());
+        let (mut taking_part, mut classes) = (0, <[Vec<_>; 2]>::default());
         for n in 0..longest {
             let takes_part = |sweeps: &Sweeps| n + count(sweeps) >= longest;
             let now = || sweeping.iter().filter(|(_, sweeps)| takes_part(sweeps));
             // Nobody leaves before the end.
             if now().count() != taking_part {
                 taking_part = now().count();
-                classes = self.class_items(now().map(|(member, _)| member), 0);
+                classes = self.fine_classes(now().map(|(member, _)| member));
             }
             let first = now().any(|(_, sweeps)| sweeps.from_unit && n + count(sweeps) == longest);
             sweep(self, &classes, first);

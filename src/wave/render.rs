@@ -256,7 +256,7 @@ fn solve(
         });
         let span = diagnostics.pass_span(&mut pass, stage);
         for (n, step) in steps.iter().enumerate().skip(first).take(len) {
-            let Some(pipeline) = cache.get_compute_pipeline(pipelines.ids[step.pass as usize]) else {
+            let Some(pipeline) = cache.get_compute_pipeline(pipelines.id(step)) else {
                 continue;
             };
             let (x, y) = step.workgroups();

@@ -3,18 +3,33 @@
 #import bevy_field_patterns::layout::LevelRecord
 #import bevy_field_patterns::kite::phasor
 #import bevy_field_patterns::passes::{
-    step, surface, geometry, wave, edges, balance, STATE_DONE, WORKGROUP, load_item, load_level, seen_fine, swap_of, relax,
-    normalize_or, pull_of, state_base,
+    step, surface, geometry, wave, edges, balance, STATE_DONE, WORKGROUP, Pins, load_item, load_level, load_pins, seen_fine,
+    swap_of, relax, normalize_or, pull_of, state_base,
 }
 
-// What wave r of vertex i sees in sum; `at` is the mesh's level record. A crest is at z = i.
-fn seen_sum(record: u32, at: LevelRecord, i: u32, r: u32) -> vec2<f32> {
-    var t = vec2(0.0, pull_of(record, r, i));
+const WAVES: u32 = #{KIND}u + 1u;
+
+// What the waves of vertex i see in sum: the first in xy, the second in zw; `at` is the mesh's level record. A crest is at
+// z = i.
+fn seen_sums(pins: Pins, at: LevelRecord, i: u32) -> vec4<f32> {
+    var t = vec4(0.0, pull_of(pins, 0u, i), 0.0, 0.0);
+#if KIND == 1
+    t.w = pull_of(pins, 1u, i);
+#endif
     let end = surface[at.offset_base + i + 1u];
     for (var k = surface[at.offset_base + i]; k < end; k++) {
-        let e = edges[at.edge_base + at.waves * k + r];
-        let source = at.waves * surface[at.neighbor_base + k] + (r ^ (swap_of(e) & (at.waves - 1u)));
-        t += seen_fine(e, wave[at.node_base + source]);
+        let source = at.node_base + WAVES * surface[at.neighbor_base + k];
+        let e = edges[at.edge_base + WAVES * k];
+        let z = wave[source];
+#if KIND == 1
+        let second_e = edges[at.edge_base + WAVES * k + 1u];
+        let second_z = wave[source + 1u];
+        let seen = seen_fine(e, select(z, second_z, swap_of(e) == 1u));
+        let second_seen = seen_fine(second_e, select(second_z, z, swap_of(second_e) == 1u));
+        t += vec4(seen, second_seen);
+#else
+        t += vec4(seen_fine(e, z), 0.0, 0.0);
+#endif
     }
     return t;
 }
@@ -24,11 +39,16 @@ fn seen_sum(record: u32, at: LevelRecord, i: u32, r: u32) -> vec2<f32> {
 fn sweep_fine(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
     let level = load_level(item.x, 0u);
-    for (var own = level.waves * item.z + local; own < level.waves * item.w; own += WORKGROUP) {
-        let t = seen_sum(item.x, level, own / level.waves, own % level.waves);
-        let weight = abs(balance[level.balance_base + own]);
-        let z = wave[level.node_base + own];
-        wave[level.node_base + own] = relax(z, t, weight, step.relaxation, step.omega, step.softness);
+    let pins = load_pins(item.x);
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
+        let t = seen_sums(pins, level, i);
+        for (var r = 0u; r < WAVES; r++) {
+            let own = WAVES * i + r;
+            let weight = abs(balance[level.balance_base + own]);
+            let z = wave[level.node_base + own];
+            let seen = select(t.xy, t.zw, r == 1u);
+            wave[level.node_base + own] = relax(z, seen, weight, step.relaxation, step.omega, step.softness);
+        }
     }
 }
 
@@ -72,11 +92,16 @@ fn sweep_local(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
         return;
     }
     let level = load_level(item.x, 0u);
-    for (var own = level.waves * item.z + local; own < level.waves * item.w; own += WORKGROUP) {
-        let t = seen_sum(item.x, level, own / level.waves, own % level.waves);
-        let delta = surface[item.x + 15u] + own;
-        let old = wave[level.node_base + own];
-        wave[level.node_base + own] = normalize_or(t + wave[delta], old);
-        wave[delta] = step.momentum * (t - old);
+    let pins = load_pins(item.x);
+    let momentum = surface[item.x + 15u];
+    for (var i = item.z + local; i < item.w; i += WORKGROUP) {
+        let t = seen_sums(pins, level, i);
+        for (var r = 0u; r < WAVES; r++) {
+            let own = WAVES * i + r;
+            let seen = select(t.xy, t.zw, r == 1u);
+            let old = wave[level.node_base + own];
+            wave[level.node_base + own] = normalize_or(seen + wave[momentum + own], old);
+            wave[momentum + own] = step.momentum * (seen - old);
+        }
     }
 }

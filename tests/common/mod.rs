@@ -83,3 +83,18 @@ pub fn wave(app: &App, entity: Entity) -> (Vec<Vec3>, Vec<f32>, Vec<Vec2>) {
         phasors.chunks_exact(2).map(|z| Vec2::new(z[0], z[1])).collect(),
     )
 }
+
+/// The share of vertices where two fields are more than a degree apart, as vectors, as lines or as crosses.
+pub fn share_off(a: &[Vec3], b: &[Vec3], graph: &SurfaceGraph, symmetry: u32) -> f32 {
+    assert_eq!(a.len(), b.len());
+    let off = a.iter().zip(b).zip(&graph.normals).filter(|((a, b), n)| {
+        let (cos, sin) = (a.dot(**b), a.dot(n.cross(**b)));
+        let fits = match symmetry {
+            1 => cos,
+            2 => cos.abs(),
+            _ => cos.abs().max(sin.abs()),
+        };
+        fits.is_nan() || fits < 1.0_f32.to_radians().cos()
+    });
+    off.count() as f32 / a.len() as f32
+}

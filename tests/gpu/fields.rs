@@ -1,6 +1,6 @@
 //! Every source of directions against its twin on the CPU.
 
-use crate::common::{self, add_mesh, app, graph, settle, shapes, update, wave};
+use crate::common::{self, add_mesh, app, graph, settle, shapes, share_off, update, wave};
 use bevy::{
     asset::RenderAssetUsages,
     core_pipeline::schedule::camera_driver,
@@ -46,21 +46,6 @@ fn graph_in(app: &App, entity: Entity, space: PatternSpace) -> SurfaceGraph {
         graph.normals.iter_mut().for_each(|n| *n = (cofactors * *n).normalize());
     }
     graph
-}
-
-/// The share of vertices where two fields are more than a degree apart, as vectors, as lines or as crosses.
-fn share_off(a: &[Vec3], b: &[Vec3], graph: &SurfaceGraph, symmetry: u32) -> f32 {
-    assert_eq!(a.len(), b.len());
-    let off = a.iter().zip(b).zip(&graph.normals).filter(|((a, b), n)| {
-        let (cos, sin) = (a.dot(**b), a.dot(n.cross(**b)));
-        let fits = match symmetry {
-            1 => cos,
-            2 => cos.abs(),
-            _ => cos.abs().max(sin.abs()),
-        };
-        fits.is_nan() || fits < 1.0_f32.to_radians().cos()
-    });
-    off.count() as f32 / a.len() as f32
 }
 
 fn near(app: &App, entity: Entity, twin: &[Vec3], symmetry: u32) {

@@ -5,6 +5,7 @@
 mod common;
 mod creature;
 mod edited;
+mod fields;
 mod life;
 mod pictures;
 mod probe;

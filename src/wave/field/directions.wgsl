@@ -2,7 +2,7 @@
 // `tangent.wgsl`. Its twins are the functions of `field/`.
 
 #import bevy_field_patterns::cross::{frame_at, root_of}
-#import bevy_field_patterns::deform::carrying_map
+#import bevy_field_patterns::deform::{Carrier, carrying_map, load_carrier}
 #import bevy_field_patterns::layout::{
     FLAG_CROSS, FLAG_FOLLOW, FLAG_VECTOR, SOURCE_SCALARS, DIRECTION_VECTORS, DIRECTION_TANGENTS, DIRECTION_SNAPSHOTS,
     DIRECTION_VORTICES, DIRECTION_TENSOR, DIRECTION_SMOOTH, DIRECTION_BUFFER, DIRECTION_CURVATURE,
@@ -15,16 +15,71 @@
 #import bevy_field_patterns::tensor::{eigen, carried_tensor}
 #import bevy_field_patterns::vortices::vortex_flow
 
-fn store_direction(record: u32, i: u32, direction: vec3<f32>) {
+// What the direction pass knows of an entity.
+struct Source {
+    record: u32,
+    flags: u32,
+    geometry_base: u32,
+    field_base: u32,
+    // Of given vectors or tensors.
+    vector_base: u32,
+    // Number of vertices.
+    vertices: u32,
+    // Of the lines of curvature.
+    line_base: u32,
+    // Of what a smoothed field or lines of curvature are followed from, two elements per vertex; 0: they are not.
+    smooth_base: u32,
+    // Of scalars that are made of a tensor; 0: none are.
+    scalar_base: u32,
+    choice: u32,
+    blend: f32,
+    axis: vec3<f32>,
+    turn: f32,
+    carrier: Carrier,
+}
+
+fn load_source(record: u32) -> Source {
+    let at = parameters(record);
+    let choice = surface[at + CHOICE];
+#if KIND == 8
+    // Lines of a posed surface lie where edge constants will be.
+    let line_base = load_level(record, 0u).edge_base + select(0u, surface[record], (choice & 2u) != 0u);
+#else
+    let line_base = 0u;
+#endif
+    let makes_scalars = (surface[record + 20u] & SOURCE_SCALARS) != 0u;
+    return Source(
+        record,
+        surface[record + 2u],
+        surface[record + 5u],
+        surface[record + 6u],
+        surface[record + 21u],
+        surface[record],
+        line_base,
+        surface[record + 24u],
+        select(0u, surface[record + 19u], makes_scalars),
+        choice,
+        number(at + BLEND),
+        vector(record + 12u),
+        number(record + 11u),
+        load_carrier(record),
+    );
+}
+
+fn previous_direction(source: Source, i: u32) -> vec3<f32> {
+    let field = source.field_base + 2u * i;
+    return vec3(wave[field], wave[field + 1u].x);
+}
+
+fn store_direction(source: Source, i: u32, direction: vec3<f32>, n: vec3<f32>) {
     var d = direction;
-    let field = surface[record + 6u] + 2u * i;
-    let flags = surface[record + 2u];
+    let field = source.field_base + 2u * i;
     // A line field keeps the sign that the phasor refers to, a cross field the arm.
-    if (flags & (FLAG_VECTOR | FLAG_FOLLOW)) == FLAG_FOLLOW {
-        let previous = vec3(wave[field], wave[field + 1u].x);
-        if (flags & FLAG_CROSS) != 0u {
-            let n = geometry[surface[record + 5u] + 2u * i + 1u].xyz;
-            d = select(d, cross(n, d), abs(dot(previous, cross(n, d))) > abs(dot(previous, d)));
+    if (source.flags & (FLAG_VECTOR | FLAG_FOLLOW)) == FLAG_FOLLOW {
+        let previous = previous_direction(source, i);
+        let turned = cross(n, d);
+        if (source.flags & FLAG_CROSS) != 0u && abs(dot(previous, turned)) > abs(dot(previous, d)) {
+            d = turned;
         }
         if dot(previous, d) < 0.0 {
             d = -d;
@@ -34,40 +89,46 @@ fn store_direction(record: u32, i: u32, direction: vec3<f32>) {
     wave[field + 1u].x = d.z;
 }
 
-// Between the snapshots of even and of odd number.
-fn snapshot_direction(record: u32, base: u32, i: u32, n: vec3<f32>) -> vec3<f32> {
-    let map = carrying_map(record, i);
-    let a = map * geometry[base + i].xyz;
-    let b = map * geometry[base + surface[record] + i].xyz;
-    let share = number(parameters(record) + BLEND);
-    if (surface[record + 2u] & FLAG_VECTOR) != 0u {
-        return project_tangent(unit_or_zero(mix(a, b, share)), n);
-    }
-    let x = any_tangent(n);
-    let d = line_of(mix(squared_line(a, x, n), squared_line(b, x, n), share), x, n);
-    return select(d, -d, dot(d, select(b, a, share < 0.5)) < 0.0);
+// What the next frame continues from.
+fn store_line(source: Source, i: u32, line: vec3<f32>) {
+    let at = source.smooth_base + 2u * i;
+    wave[at] = line.xy;
+    wave[at + 1u] = vec2(line.z, 0.0);
 }
 
-fn tensor_direction(record: u32, base: u32, i: u32, n: vec3<f32>) -> vec3<f32> {
-    let t = carried_tensor(geometry[base + 2u * i].xyz, geometry[base + 2u * i + 1u].xyz, carrying_map(record, i));
-    let e = eigen(t[0], t[1]);
-    if (surface[record + 20u] & SOURCE_SCALARS) != 0u {
-        wave[surface[record + 19u] + i] = e.values.xy;
+// Between the snapshots of even and of odd number.
+fn snapshot_direction(source: Source, i: u32, n: vec3<f32>) -> vec3<f32> {
+    let map = carrying_map(source.carrier, i);
+    let a = map * geometry[source.vector_base + i].xyz;
+    let b = map * geometry[source.vector_base + source.vertices + i].xyz;
+    if (source.flags & FLAG_VECTOR) != 0u {
+        return project_tangent(unit_or_zero(mix(a, b, source.blend)), n);
     }
-    return project_tangent(select(e.vectors[0], e.vectors[1], surface[parameters(record) + CHOICE] == 1u), n);
+    let x = any_tangent(n);
+    let d = line_of(mix(squared_line(a, x, n), squared_line(b, x, n), source.blend), x, n);
+    return select(d, -d, dot(d, select(b, a, source.blend < 0.5)) < 0.0);
+}
+
+fn tensor_direction(source: Source, i: u32, n: vec3<f32>) -> vec3<f32> {
+    let at = source.vector_base + 2u * i;
+    let t = carried_tensor(geometry[at].xyz, geometry[at + 1u].xyz, carrying_map(source.carrier, i));
+    let e = eigen(t[0], t[1]);
+    if source.scalar_base != 0u {
+        wave[source.scalar_base + i] = e.values.xy;
+    }
+    return project_tangent(select(e.vectors[0], e.vectors[1], source.choice == 1u), n);
 }
 
 // Of the directions of a cross, the one nearest to the last.
-fn smooth_direction(record: u32, i: u32, n: vec3<f32>) -> vec3<f32> {
-    let choice = surface[parameters(record) + CHOICE];
-    let is_cross = (choice & 1u) != 0u;
-    var d = root_of(frame_at(n), wave[surface[record + 24u] + 2u * i], select(2u, 4u, is_cross));
-    if (choice & 4u) != 0u {
+fn smooth_direction(source: Source, i: u32, n: vec3<f32>) -> vec3<f32> {
+    let is_cross = (source.choice & 1u) != 0u;
+    var d = root_of(frame_at(n), wave[source.smooth_base + 2u * i], select(2u, 4u, is_cross));
+    store_line(source, i, d);
+    if (source.choice & 4u) != 0u {
         d = cross(d, n);
     }
-    if is_cross && (surface[record + 2u] & FLAG_FOLLOW) != 0u {
-        let field = surface[record + 6u] + 2u * i;
-        let previous = vec3(wave[field], wave[field + 1u].x);
+    if is_cross && (source.flags & FLAG_FOLLOW) != 0u {
+        let previous = previous_direction(source, i);
         let turned = cross(n, d);
         d = select(d, turned, abs(dot(previous, turned)) > abs(dot(previous, d)));
         d = select(d, -d, dot(previous, d) < 0.0);
@@ -75,47 +136,54 @@ fn smooth_direction(record: u32, i: u32, n: vec3<f32>) -> vec3<f32> {
     return d;
 }
 
-// Of a posed surface, whose lines lie where edge constants will be.
-fn curvature_direction(record: u32, i: u32, n: vec3<f32>) -> vec3<f32> {
-    let choice = surface[parameters(record) + CHOICE];
-    let lines = load_level(record, 0u).edge_base + select(0u, surface[record], (choice & 2u) != 0u);
-    let sign = select(1.0, -1.0, (choice & 1u) != 0u);
-    return line_of(sign * edges[lines + i], any_tangent(n), n);
+fn curvature_direction(source: Source, i: u32, n: vec3<f32>) -> vec3<f32> {
+    let u = edges[source.line_base + i];
+    let x = any_tangent(n);
+    let major = line_of(u, x, n);
+    if source.smooth_base != 0u {
+        store_line(source, i, length(u) * major);
+    }
+    if (source.choice & 1u) == 0u {
+        return major;
+    }
+    return line_of(-u, x, n);
 }
 
-fn direction(record: u32, i: u32) -> vec3<f32> {
-    let vertex = surface[record + 5u] + 2u * i;
-    let n = geometry[vertex + 1u].xyz;
-    let base = surface[record + 21u];
-    switch surface[record + 20u] & 255u {
+fn vector_direction(source: Source, i: u32, at: u32, n: vec3<f32>) -> vec3<f32> {
+    return project_tangent(unit_or_zero(carrying_map(source.carrier, i) * geometry[source.vector_base + at].xyz), n);
+}
+
+// `normal` holds the vertex of the mesh that this one is, too.
+fn direction(source: Source, i: u32, normal: vec4<f32>) -> vec3<f32> {
+    let n = normal.xyz;
+    switch #{KIND}u {
         case DIRECTION_VECTORS: {
-            return project_tangent(unit_or_zero(carrying_map(record, i) * geometry[base + i].xyz), n);
+            return vector_direction(source, i, i, n);
         }
         case DIRECTION_TANGENTS: {
-            return unit_or_zero(geometry[base + i].xyz);
+            return unit_or_zero(geometry[source.vector_base + i].xyz);
         }
         case DIRECTION_SNAPSHOTS: {
-            return snapshot_direction(record, base, i, n);
+            return snapshot_direction(source, i, n);
         }
         case DIRECTION_VORTICES: {
-            return project_tangent(unit_or_zero(vortex_flow(record, geometry[vertex].xyz, n)), n);
+            let p = geometry[source.geometry_base + 2u * i].xyz;
+            return project_tangent(unit_or_zero(vortex_flow(source.record, p, n)), n);
         }
         case DIRECTION_TENSOR: {
-            return tensor_direction(record, base, i, n);
+            return tensor_direction(source, i, n);
         }
         case DIRECTION_SMOOTH: {
-            return smooth_direction(record, i, n);
+            return smooth_direction(source, i, n);
         }
         case DIRECTION_BUFFER: {
-            // The vertex of the mesh that this one is.
-            let id = bitcast<u32>(geometry[vertex + 1u].w);
-            return project_tangent(unit_or_zero(carrying_map(record, i) * geometry[base + id].xyz), n);
+            return vector_direction(source, i, bitcast<u32>(normal.w), n);
         }
         case DIRECTION_CURVATURE: {
-            return curvature_direction(record, i, n);
+            return curvature_direction(source, i, n);
         }
         default: {
-            return project_tangent(vector(record + 12u), n);
+            return project_tangent(source.axis, n);
         }
     }
 }
@@ -123,12 +191,13 @@ fn direction(record: u32, i: u32) -> vec3<f32> {
 @compute @workgroup_size(64)
 fn directions(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
+    let source = load_source(item.x);
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        var d = direction(item.x, i);
-        let turn = number(item.x + 11u);
-        if turn != 0.0 {
-            d = turn_tangent(d, geometry[surface[item.x + 5u] + 2u * i + 1u].xyz, turn);
+        let normal = geometry[source.geometry_base + 2u * i + 1u];
+        var d = direction(source, i, normal);
+        if source.turn != 0.0 {
+            d = turn_tangent(d, normal.xyz, source.turn);
         }
-        store_direction(item.x, i, d);
+        store_direction(source, i, d, normal.xyz);
     }
 }

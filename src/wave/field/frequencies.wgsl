@@ -43,28 +43,49 @@ fn given(base: u32, i: u32) -> f32 {
     return geometry[base + i / 4u][i % 4u];
 }
 
-fn frequency(record: u32, i: u32) -> f32 {
-    let vertex = surface[record + 5u] + 2u * i;
-    let at = parameters(record) + FREQUENCY;
-    switch (surface[record + 20u] >> 8u) & 255u {
+// What the frequency pass knows of an entity.
+struct Source {
+    geometry_base: u32,
+    field_base: u32,
+    given_base: u32,
+    scalar_base: u32,
+    // Of the parameters of frequencies.
+    at: u32,
+    uniform_frequency: f32,
+}
+
+fn load_source(record: u32) -> Source {
+    return Source(
+        surface[record + 5u],
+        surface[record + 6u],
+        surface[record + 22u],
+        surface[record + 19u],
+        parameters(record) + FREQUENCY,
+        number(record + 10u),
+    );
+}
+
+fn frequency(source: Source, i: u32) -> f32 {
+    let vertex = source.geometry_base + 2u * i;
+    switch #{KIND}u {
         case FREQUENCY_VERTICES: {
-            return given(surface[record + 22u], i);
+            return given(source.given_base, i);
         }
         case FREQUENCY_DISTANCE: {
-            return distance_frequency(at, geometry[vertex].xyz);
+            return distance_frequency(source.at, geometry[vertex].xyz);
         }
         case FREQUENCY_SCREEN: {
-            return screen_frequency(at, geometry[vertex].xyz);
+            return screen_frequency(source.at, geometry[vertex].xyz);
         }
         case FREQUENCY_SCALAR: {
-            return scalar_frequency(at, wave[surface[record + 19u] + i]);
+            return scalar_frequency(source.at, wave[source.scalar_base + i]);
         }
         case FREQUENCY_BUFFER: {
-            let f = given(surface[record + 22u], bitcast<u32>(geometry[vertex + 1u].w));
+            let f = given(source.given_base, bitcast<u32>(geometry[vertex + 1u].w));
             return select(0.0, f, f > 0.0 && f < 3e38);
         }
         default: {
-            return number(record + 10u);
+            return source.uniform_frequency;
         }
     }
 }
@@ -72,7 +93,8 @@ fn frequency(record: u32, i: u32) -> f32 {
 @compute @workgroup_size(64)
 fn frequencies(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
+    let source = load_source(item.x);
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        wave[surface[item.x + 6u] + 2u * i + 1u].y = frequency(item.x, i);
+        wave[source.field_base + 2u * i + 1u].y = frequency(source, i);
     }
 }

@@ -10,7 +10,7 @@ use crate::{
         arena::{PatternArena, Pool},
         layout::PoseRecord,
         pack::{PackedGraph, PatternRanges},
-        pose::{PackedRig, PatternPose, Pose},
+        pose::{Extent, PackedRig, PatternPose, Pose},
     },
 };
 use bevy::{math::Affine3A, prelude::*};
@@ -56,16 +56,29 @@ impl Rigged {
     }
 }
 
+/// How a pose differs from the one before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Motion {
+    /// Not at all.
+    None,
+    /// The pattern can follow.
+    Small,
+    /// The pattern is solved anew.
+    Jump,
+}
+
 /// A pattern's surface as it moves.
 pub(super) struct Live {
     rig: Arc<PackedRig>,
     skinned: bool,
-    /// Word of the surface buffer where the pose lies.
+    /// Word of the surface buffer where its record lies.
     base: u32,
+    /// Element of the geometry buffer where the pose lies.
+    matrix_base: u32,
     /// As uploaded last.
     pose: Pose,
-    /// Half the diagonal of the mesh.
-    size: f32,
+    /// Of the mesh at rest.
+    extent: Extent,
 }
 
 impl Live {
@@ -78,24 +91,28 @@ impl Live {
     ) -> Result<Self, PatternError> {
         let Rigged { rig, skinned, pose } = rigged;
         let (joints, targets) = (pose.matrices.len() as u32, pose.weights.len() as u32);
-        let base = ranges.take(arena, Pool::Surface, POSE_WORDS + 12 * joints + targets)?;
+        let base = ranges.take(arena, Pool::Surface, POSE_WORDS)?;
+        let matrix_base = ranges.take(arena, Pool::Geometry, 3 * joints + targets)?;
         let record = PoseRecord {
             joints,
             targets,
+            matrix_base,
             skin_base: if skinned { rig.skin_base } else { 0 },
             target_base: rig.target_base,
             rest_base: graph.geometry.start,
-            corner_offset_base: rig.corner_offset_base,
-            corner_base: rig.corner_base,
-            pad: 0,
+            position_base: ranges.take(arena, Pool::Geometry, graph.vertices)?,
+            fan_offset_base: rig.fan_offset_base,
+            fan_base: rig.fan_base,
+            ..PoseRecord::default()
         };
         arena.write(Pool::Surface, base, &[record]);
         Ok(Self {
             rig,
             skinned,
             base,
+            matrix_base,
             pose,
-            size: 0.0,
+            extent: Extent::default(),
         })
     }
 
@@ -111,31 +128,23 @@ impl Live {
             && self.pose.weights.len() == rigged.pose.weights.len()
     }
 
-    /// Uploads a pose if it is another one; whether it is. `reshaped`: the mesh at rest is another one.
+    /// Uploads a pose if it is another one; how much it is. `reshaped`: the mesh at rest is another one.
     pub(super) fn update(
         &mut self,
         rigged: Rigged,
         reshaped: bool,
         graph: Option<&SurfaceGraph>,
         arena: &mut PatternArena,
-    ) -> bool {
+    ) -> Motion {
         if reshaped {
-            self.size = graph.map_or(0.0, |graph| half_diagonal(&graph.positions));
+            self.extent = graph.map_or(Extent::default(), |graph| Extent::of(&graph.positions));
         }
-        if !reshaped && self.pose.is_near(&rigged.pose, self.size) {
-            return false;
+        if !reshaped && self.pose.is_near(&rigged.pose, self.extent.half) {
+            return Motion::None;
         }
+        let jumps = rigged.pose.jumps(&self.pose, &self.extent);
         self.pose = rigged.pose;
-        arena.write(Pool::Surface, self.base + POSE_WORDS, &self.pose.words());
-        true
+        arena.write(Pool::Geometry, self.matrix_base, &self.pose.elements());
+        if jumps { Motion::Jump } else { Motion::Small }
     }
-}
-
-fn half_diagonal(positions: &[Vec3]) -> f32 {
-    let (low, high) = positions
-        .iter()
-        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| {
-            (low.min(p), high.max(p))
-        });
-    0.5 * (high - low).length()
 }

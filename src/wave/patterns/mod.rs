@@ -113,6 +113,7 @@ impl Pattern {
     fn member(&self) -> Member {
         Member {
             record: self.ranges.record,
+            waves: self.record.waves,
             graph: self.graph.clone(),
         }
     }

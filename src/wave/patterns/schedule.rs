@@ -6,10 +6,11 @@
 use super::{
     Changed, Pattern, PatternedItem, Phase, Tools,
     budget::{Budget, Claim, INPUTS, cycle_cost, start_cost},
+    inputs::DueSmoothing,
 };
 use crate::wave::{
-    layout::{FLAG_FOLLOW, FLAG_READY},
-    plan::{Sweeps, Work},
+    layout::{DIRECTION_SMOOTH, FLAG_FOLLOW, FLAG_READY},
+    plan::{Smoothed, Sweeps, Work},
     settings::{ColdStart, SolverSettings},
     state::PatternState,
     status::GpuStatus,
@@ -25,14 +26,23 @@ impl Pattern {
         }
         work.copies.extend(due.direction_copy);
         work.copies.extend(due.frequency_copy);
-        work.smooth.extend(due.smooth.map(|steps| (self.member(), steps)));
         if due.directions {
+            if self.record.sources & 255 == DIRECTION_SMOOTH {
+                // Lines are handed on as directions, so that they are read again in any case.
+                let smoothing = due.smooth.unwrap_or(DueSmoothing::NONE);
+                work.smooth.push(Smoothed {
+                    member: self.member(),
+                    kind: smoothing.kind,
+                    sweeps: smoothing.sweeps,
+                    follows: smoothing.follows,
+                });
+            }
             let steps = self.sources.curvature();
             work.curved.extend(steps.map(|steps| (self.member(), steps)));
-            work.directions.push(self.member());
+            work.directions.push((self.member(), self.record.sources & 255));
         }
         if due.frequencies {
-            work.frequencies.push(self.member());
+            work.frequencies.push((self.member(), (self.record.sources >> 8) & 255));
         }
         work.changed.push(self.member());
         self.behind = false;

@@ -5,28 +5,29 @@
 // transport    unit complex number that takes u from an edge's source to its target
 //
 // Where edge constants will be, there are meanwhile: u of all vertices, u of all vertices after the next step of smoothing,
-// the measure of u, the transport of each edge. The direction pass makes directions of them.
+// the measure of u, the transport of each edge. The direction pass makes directions of them, and keeps lines as long as |u|,
+// from which the next frame may continue.
 
 #import bevy_field_patterns::kite::cmul
 #import bevy_field_patterns::layout::LevelRecord
-#import bevy_field_patterns::passes::{step, surface, geometry, edges, load_item, load_level, WORKGROUP}
-#import bevy_field_patterns::tangent::any_tangent
+#import bevy_field_patterns::parameters::{number, parameters, BLEND, CHOICE}
+#import bevy_field_patterns::passes::{step, surface, geometry, wave, edges, load_item, load_level, WORKGROUP}
+#import bevy_field_patterns::tangent::{any_tangent, squared_line}
 
 // As in `curvature.rs`.
 const KEEP: f32 = 0.3;
 const NOISE: f32 = 1e-5;
 const RIDGE: f32 = 1e-6;
 
-fn normal_of(record: u32, i: u32) -> vec3<f32> {
-    return geometry[surface[record + 5u] + 2u * i + 1u].xyz;
+fn normal_of(geometry_base: u32, i: u32) -> vec3<f32> {
+    return geometry[geometry_base + 2u * i + 1u].xyz;
 }
 
 fn squared(c: vec2<f32>) -> vec2<f32> {
     return vec2(c.x * c.x - c.y * c.y, 2.0 * c.x * c.y);
 }
 
-fn deviator(record: u32, level: LevelRecord, i: u32) -> vec2<f32> {
-    let base = surface[record + 5u];
+fn deviator(base: u32, level: LevelRecord, i: u32) -> vec2<f32> {
     let v = geometry[base + 2u * i];
     if !(v.w > 0.0) {
         return vec2(0.0);
@@ -78,17 +79,15 @@ fn deviator(record: u32, level: LevelRecord, i: u32) -> vec2<f32> {
 fn deviators(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
     let level = load_level(item.x, 0u);
+    let base = surface[item.x + 5u];
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        edges[level.edge_base + i] = deviator(item.x, level, i);
+        edges[level.edge_base + i] = deviator(base, level, i);
     }
 }
 
-// The unit complex number from the frame of source j to that of target i: twice the angle by which the smallest rotation
-// between the normals turns the frame.
-fn transport(record: u32, i: u32, j: u32) -> vec2<f32> {
-    let n = normal_of(record, i);
-    let from_n = normal_of(record, j);
-    let x = any_tangent(n);
+// The unit complex number that takes u to a target with normal n from a source with normal `from_n`: twice the angle by
+// which the smallest rotation between the normals turns the frame.
+fn transport(n: vec3<f32>, x: vec3<f32>, from_n: vec3<f32>) -> vec2<f32> {
     let from_x = any_tangent(from_n);
     let carried = from_x - dot(n, from_x) / max(1.0 + dot(n, from_n), 1e-6) * (n + from_n);
     let angle = vec2(dot(carried, x), dot(carried, cross(n, x)));
@@ -100,16 +99,29 @@ fn transport(record: u32, i: u32, j: u32) -> vec2<f32> {
 fn transports(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
     let level = load_level(item.x, 0u);
+    let base = surface[item.x + 5u];
     let measure = level.edge_base + 2u * surface[item.x];
     let median = edges[measure].x;
+    let at = parameters(item.x);
+    let follows = (surface[at + CHOICE] & 4u) != 0u;
+    let share = number(at + BLEND);
+    let smooth_base = surface[item.x + 24u];
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
+        let n = normal_of(base, i);
+        let x = any_tangent(n);
+        var u = edges[level.edge_base + i];
         if median > 0.0 {
-            let u = edges[level.edge_base + i] / median;
-            edges[level.edge_base + i] = u / max(length(u), 1.0);
+            u /= median;
+            u /= max(length(u), 1.0);
         }
+        if follows {
+            let before = vec3(wave[smooth_base + 2u * i], wave[smooth_base + 2u * i + 1u].x);
+            u = mix(squared_line(before, x, n), u, share);
+        }
+        edges[level.edge_base + i] = u;
         let end = surface[level.offset_base + i + 1u];
         for (var k = surface[level.offset_base + i]; k < end; k++) {
-            edges[measure + 1u + k] = transport(item.x, i, surface[level.neighbor_base + k]);
+            edges[measure + 1u + k] = transport(n, x, normal_of(base, surface[level.neighbor_base + k]));
         }
     }
 }

@@ -3,6 +3,7 @@
 // What carries vectors that were given at rest to where the surface is: the twin of `deformations` in `twin.rs`. Glossary
 // in `passes.wgsl`; words of a pose in `layout.rs`.
 
+#import bevy_field_patterns::layout::LevelRecord
 #import bevy_field_patterns::parameters::linear_map
 #import bevy_field_patterns::passes::{surface, geometry, load_level}
 #import bevy_field_patterns::tangent::any_tangent
@@ -14,10 +15,29 @@ fn outer(a: vec3<f32>, b: vec3<f32>) -> mat3x3<f32> {
     return mat3x3(a * b.x, a * b.y, a * b.z);
 }
 
+// What carries the vectors of an entity.
+struct Carrier {
+    is_posed: bool,
+    // Positions and normals as they are, and at rest.
+    base: u32,
+    rest: u32,
+    level: LevelRecord,
+    // Of a surface that is not posed.
+    linear: mat3x3<f32>,
+}
+
+fn load_carrier(record: u32) -> Carrier {
+    let pose = surface[record + 26u];
+    let rest = surface[pose + 5u];
+    return Carrier(pose != 0u, surface[record + 5u], rest, load_level(record, 0u), linear_map(record));
+}
+
 // Of a posed surface: the map that best explains where the edges to the neighbours have gone, and takes the normal at rest
 // to the normal now.
-fn deformation(record: u32, rest: u32, i: u32) -> mat3x3<f32> {
-    let base = surface[record + 5u];
+fn deformation(carrier: Carrier, i: u32) -> mat3x3<f32> {
+    let base = carrier.base;
+    let rest = carrier.rest;
+    let level = carrier.level;
     let v = geometry[rest + 2u * i];
     let n = geometry[rest + 2u * i + 1u].xyz;
     let v_now = geometry[base + 2u * i].xyz;
@@ -25,7 +45,6 @@ fn deformation(record: u32, rest: u32, i: u32) -> mat3x3<f32> {
     let x = any_tangent(n);
     let y = cross(n, x);
     let scale = inverseSqrt(max(v.w, 1.17549435e-38));
-    let level = load_level(record, 0u);
     var aa = 0.0;
     var ab = 0.0;
     var bb = 0.0;
@@ -61,10 +80,9 @@ fn deformation(record: u32, rest: u32, i: u32) -> mat3x3<f32> {
 }
 
 // What carries vectors given at vertex i into the pattern's space.
-fn carrying_map(record: u32, i: u32) -> mat3x3<f32> {
-    let pose = surface[record + 26u];
-    if pose == 0u {
-        return linear_map(record);
+fn carrying_map(carrier: Carrier, i: u32) -> mat3x3<f32> {
+    if !carrier.is_posed {
+        return carrier.linear;
     }
-    return deformation(record, surface[pose + 4u], i);
+    return deformation(carrier, i);
 }

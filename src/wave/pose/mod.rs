@@ -15,6 +15,7 @@
 //! one knows visible entities only, changes places in every frame, and is filled when it is too late to find out that
 //! nothing has moved.
 
+mod fans;
 mod motion;
 mod plan;
 mod rig;
@@ -22,6 +23,7 @@ mod rigs;
 mod twin;
 
 pub(crate) use motion::{JOINT, MORPH_WEIGHT, Skeletons, take_over_again};
+pub(crate) use rig::Extent;
 pub use rig::{Pose, Rig};
 pub(crate) use rigs::{PackedRig, PackedRigs};
 pub use twin::{deformations, pose_vertices};
@@ -46,8 +48,14 @@ pub enum PatternPose {
     /// grows and shrinks. Vertices are posed on the GPU and the pattern follows in every frame in which the pose changes;
     /// while it does not, nothing is computed. It makes no difference whether the entity is seen.
     ///
+    /// A pose that jumps is solved from nothing in its frame: where a joint turns by more than half a radian, goes farther than
+    /// a quarter of the mesh's diagonal or grows by half, or where a weight changes by more than half. To have that for less,
+    /// trigger [`RestartPattern`](crate::wave::RestartPattern).
+    ///
     /// An axis and vortices are taken on the moving surface, principal curvature is computed anew, and vectors, tensors and
-    /// contour lines that belong to the mesh are carried along by the deformation. The mesh's data must stay in the main
+    /// contour lines that belong to the mesh are carried along by the deformation. Smoothing of curvature by more than six steps,
+    /// and of [`DirectionField::Smooth`](crate::field::DirectionField), continues from the frame before with a few steps while
+    /// the surface moves, and is completed when that rests. The mesh's data must stay in the main
     /// world, as for attributes. A point cloud cannot be posed: [`PatternError::LiveCloud`](crate::error::PatternError).
     Live,
 }

@@ -1,11 +1,11 @@
 // The passes that pose a surface: positions by morph targets and joints, then normals and areas. Twins: `twin.rs` and
 // `surface/geometry.rs`. Glossary in `passes.wgsl`; words of a pose in `layout.rs`.
 //
-// A pose's positions are laid down where edge constants will be, so that every vertex finds those of its neighbours while
-// its own place in the geometry is written.
+// Posed positions are laid down apart, so that every vertex finds those of its neighbours while its own place in the
+// geometry is written.
 
-#import bevy_field_patterns::layout::POSE_WORDS
-#import bevy_field_patterns::passes::{surface, edges, load_item, load_level, WORKGROUP}
+#import bevy_field_patterns::layout::{NO_VERTEX, PoseRecord}
+#import bevy_field_patterns::passes::{surface, load_item, WORKGROUP}
 
 // As binding 3 of `passes.wgsl`, to be written.
 @group(0) @binding(3) var<storage, read_write> posed: array<vec4<f32>>;
@@ -15,49 +15,43 @@ const CANCELED: f32 = 1e-5;
 // A triangle with a smaller sine has no area.
 const FLAT: f32 = 1e-6;
 
-fn load_float(at: u32) -> f32 {
-    return bitcast<f32>(surface[at]);
+fn load_pose(record: u32) -> PoseRecord {
+    let at = surface[record + 26u];
+    return PoseRecord(
+        surface[at], surface[at + 1u], surface[at + 2u], surface[at + 3u], surface[at + 4u], surface[at + 5u],
+        surface[at + 6u], surface[at + 7u], surface[at + 8u],
+    );
 }
 
-fn load_row(at: u32) -> vec4<f32> {
-    return bitcast<vec4<f32>>(vec4(surface[at], surface[at + 1u], surface[at + 2u], surface[at + 3u]));
-}
-
-// A position through the matrix whose rows begin at a word.
-fn carried(matrix: u32, p: vec3<f32>) -> vec3<f32> {
+// A position through the matrix of a joint.
+fn carried(pose: PoseRecord, joint: u32, p: vec3<f32>) -> vec3<f32> {
+    let row = pose.matrix_base + 3u * joint;
     let v = vec4(p, 1.0);
-    return vec3(dot(load_row(matrix), v), dot(load_row(matrix + 4u), v), dot(load_row(matrix + 8u), v));
+    return vec3(dot(posed[row], v), dot(posed[row + 1u], v), dot(posed[row + 2u], v));
 }
 
-fn displaced(record: u32, pose: u32, i: u32) -> vec3<f32> {
-    var p = posed[surface[pose + 4u] + 2u * i].xyz;
-    let vertices = surface[record];
-    let weights = pose + POSE_WORDS + 12u * surface[pose];
-    for (var t = 0u; t < surface[pose + 1u]; t++) {
-        let weight = load_float(weights + t);
+fn displaced(pose: PoseRecord, vertices: u32, i: u32) -> vec3<f32> {
+    var p = posed[pose.rest_base + 2u * i].xyz;
+    for (var t = 0u; t < pose.targets; t++) {
+        let weight = posed[pose.matrix_base + 3u * pose.joints + t].x;
         if weight != 0.0 {
-            let at = surface[pose + 3u] + 3u * (t * vertices + i);
-            p += weight * vec3(load_float(at), load_float(at + 1u), load_float(at + 2u));
+            p += weight * posed[pose.target_base + t * vertices + i].xyz;
         }
     }
     return p;
 }
 
-fn posed_vertex(record: u32, i: u32) -> vec3<f32> {
-    let pose = surface[record + 26u];
-    let matrices = pose + POSE_WORDS;
-    let p = displaced(record, pose, i);
-    if surface[pose + 2u] == 0u {
-        return carried(matrices, p);
+fn posed_vertex(pose: PoseRecord, vertices: u32, i: u32) -> vec3<f32> {
+    let p = displaced(pose, vertices, i);
+    if pose.skin_base == 0u {
+        return carried(pose, 0u, p);
     }
-    let skin = surface[pose + 2u] + 6u * i;
-    let last = surface[pose] - 1u;
+    let joints = vec4<u32>(posed[pose.skin_base + 2u * i]);
+    let weights = posed[pose.skin_base + 2u * i + 1u];
     var sum = vec3(0.0);
     for (var k = 0u; k < 4u; k++) {
-        let joint = (surface[skin + k / 2u] >> (16u * (k % 2u))) & 0xffffu;
-        let weight = load_float(skin + 2u + k);
-        if weight != 0.0 {
-            sum += weight * carried(matrices + 12u * min(joint, last), p);
+        if weights[k] != 0.0 {
+            sum += weights[k] * carried(pose, min(joints[k], pose.joints - 1u), p);
         }
     }
     return sum;
@@ -66,16 +60,11 @@ fn posed_vertex(record: u32, i: u32) -> vec3<f32> {
 @compute @workgroup_size(64)
 fn pose_vertices(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let laid_down = load_level(item.x, 0u).edge_base;
+    let pose = load_pose(item.x);
+    let vertices = surface[item.x];
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        let p = posed_vertex(item.x, i);
-        edges[laid_down + 2u * i] = p.xy;
-        edges[laid_down + 2u * i + 1u] = vec2(p.z, 0.0);
+        posed[pose.position_base + i] = vec4(posed_vertex(pose, vertices, i), 0.0);
     }
-}
-
-fn load_position(laid_down: u32, i: u32) -> vec3<f32> {
-    return vec3(edges[laid_down + 2u * i], edges[laid_down + 2u * i + 1u].x);
 }
 
 fn max_component(v: vec3<f32>) -> f32 {
@@ -93,47 +82,64 @@ fn angle_of(sine: f32, cosine: f32) -> f32 {
     return select(acute, 3.14159265 - acute, cosine < 0.0);
 }
 
-fn store_posed(record: u32, laid_down: u32, i: u32) {
-    let pose = surface[record + 26u];
-    let p = load_position(laid_down, i);
-    var sum = vec3(0.0);
-    var weight = 0.0;
+// What a triangle with edges ab and ac contributes to vertex a: its normal times the angle there, and that angle; and a
+// third of its area.
+struct Share {
+    normal: vec4<f32>,
+    area: f32,
+}
+
+fn share_of(edge_b: vec3<f32>, edge_c: vec3<f32>) -> Share {
+    // Products of tiny edges would vanish, those of huge ones overflow.
+    let scale = max(max_component(edge_b), max_component(edge_c));
+    let shrink = 1.0 / clamp(scale, 1e-37, 1e37);
+    let ab = edge_b * shrink;
+    let ac = edge_c * shrink;
+    let bc = ac - ab;
+    let product = cross(ab, ac);
+    let sine = length(product);
+    if sine > FLAT * max(max(dot(ab, ab), dot(ac, ac)), dot(bc, bc)) {
+        let angle = angle_of(sine, dot(ab, ac));
+        return Share(vec4(angle / sine * product, angle), sine / 6.0 * scale * scale);
+    }
+    return Share(vec4(0.0), 0.0);
+}
+
+// `to` is where (position, area) goes.
+fn store_posed(pose: PoseRecord, to: u32, i: u32) {
+    let p = posed[pose.position_base + i].xyz;
+    var sum = vec4(0.0);
     var area = 0.0;
-    let end = surface[surface[pose + 5u] + i + 1u];
-    for (var k = surface[surface[pose + 5u] + i]; k < end; k++) {
-        let corner = surface[surface[pose + 6u] + k];
-        let triangle = surface[record + 4u] + corner - corner % 3u;
-        var ab = load_position(laid_down, surface[triangle + (corner + 1u) % 3u]) - p;
-        var ac = load_position(laid_down, surface[triangle + (corner + 2u) % 3u]) - p;
-        // Products of tiny edges would vanish, those of huge ones overflow.
-        let scale = max(max_component(ab), max_component(ac));
-        ab /= max(scale, 1e-37);
-        ac /= max(scale, 1e-37);
-        let bc = ac - ab;
-        let product = cross(ab, ac);
-        let sine = length(product);
-        if sine > FLAT * max(max(dot(ab, ab), dot(ac, ac)), dot(bc, bc)) {
-            let angle = angle_of(sine, dot(ab, ac));
-            sum += angle / sine * product;
-            weight += angle;
-            area += sine / 6.0 * scale * scale;
+    var before = vec3(0.0);
+    var continues = false;
+    let end = surface[pose.fan_offset_base + i + 1u];
+    for (var k = surface[pose.fan_offset_base + i]; k < end; k++) {
+        let j = surface[pose.fan_base + k];
+        let is_vertex = j != NO_VERTEX;
+        let edge = posed[pose.position_base + select(i, j, is_vertex)].xyz - p;
+        if is_vertex && continues {
+            let share = share_of(before, edge);
+            sum += share.normal;
+            area += share.area;
         }
+        before = edge;
+        continues = is_vertex;
     }
-    let r = length(sum);
+    let r = length(sum.xyz);
     var normal = vec3(0.0, 0.0, 1.0);
-    if r > CANCELED * weight {
-        normal = sum / r;
+    if r > CANCELED * sum.w {
+        normal = sum.xyz / r;
     }
-    let to = surface[record + 5u] + 2u * i;
     posed[to] = vec4(p, min(area, 3.4e38));
-    posed[to + 1u] = vec4(normal, posed[surface[pose + 4u] + 2u * i + 1u].w);
+    posed[to + 1u] = vec4(normal, posed[pose.rest_base + 2u * i + 1u].w);
 }
 
 @compute @workgroup_size(64)
 fn pose_normals(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = load_item(group);
-    let laid_down = load_level(item.x, 0u).edge_base;
+    let pose = load_pose(item.x);
+    let to = surface[item.x + 5u];
     for (var i = item.z + local; i < item.w; i += WORKGROUP) {
-        store_posed(item.x, laid_down, i);
+        store_posed(pose, to + 2u * i, i);
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::{error::PatternError, surface::SurfaceGraph};
 use bevy::{
-    math::Affine3A,
+    math::{Affine3A, Mat3A},
     mesh::{MeshVertexAttribute, VertexAttributeValues},
     prelude::*,
 };
@@ -84,6 +84,46 @@ pub struct Pose {
 /// world is off by roundings of its place there.
 const STILL: f32 = 1e-5;
 
+/// What a pattern follows at most: the change of a joint's axes as parts of their lengths (half a radian, say), the way of a joint
+/// in units of half the mesh's diagonal, and the change of a weight.
+const JUMP: f32 = 0.5;
+
+/// Where a mesh is at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Extent {
+    center: Vec3,
+    /// Half the diagonal.
+    pub(crate) half: f32,
+}
+
+impl Extent {
+    pub(crate) fn of(positions: &[Vec3]) -> Self {
+        let (low, high) = positions
+            .iter()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| {
+                (low.min(p), high.max(p))
+            });
+        Self {
+            center: 0.5 * (low + high),
+            half: 0.5 * (high - low).length(),
+        }
+    }
+
+    /// Its middle, and points around that.
+    fn points(&self) -> [Vec3; 7] {
+        let axes = [
+            Vec3::ZERO,
+            Vec3::X,
+            Vec3::NEG_X,
+            Vec3::Y,
+            Vec3::NEG_Y,
+            Vec3::Z,
+            Vec3::NEG_Z,
+        ];
+        axes.map(|axis| self.center + self.half * axis)
+    }
+}
+
 impl Pose {
     /// The pose of a mesh that nothing moves.
     pub fn rest() -> Self {
@@ -113,8 +153,30 @@ impl Pose {
                 .all(|(a, b)| (a - b).abs() <= STILL)
     }
 
-    /// As they follow a `PoseRecord`: the rows of each matrix, then the weights.
-    pub(crate) fn words(&self) -> Vec<f32> {
+    /// Whether a mesh looks so different from before that its pattern had better be solved anew: a joint has turned, grown or
+    /// gone away by much, or the weight of a morph target is another one by much. `extent`: of the mesh at rest.
+    pub(crate) fn jumps(&self, before: &Self, extent: &Extent) -> bool {
+        let joint_jumps = |(now, before): (&Affine3A, &Affine3A)| {
+            let motion = *now * before.inverse();
+            let turned = motion.matrix3 - Mat3A::IDENTITY;
+            let turned = (0..3).map(|k| turned.col(k).length()).fold(0.0, f32::max);
+            // A turn leaves some point where it was.
+            let way = |p| before.transform_point3(p).distance(now.transform_point3(p));
+            let way = extent.points().map(way).into_iter().fold(f32::INFINITY, f32::min);
+            let size = extent.half * before.matrix3.determinant().abs().cbrt();
+            // Where a joint was flat, its motion is no number.
+            !(turned <= JUMP && way <= JUMP * size)
+        };
+        self.matrices.iter().zip(&before.matrices).any(joint_jumps)
+            || self
+                .weights
+                .iter()
+                .zip(&before.weights)
+                .any(|(a, b)| (a - b).abs() > JUMP)
+    }
+
+    /// As they lie in the geometry buffer: the rows of each matrix, then an element per weight.
+    pub(crate) fn elements(&self) -> Vec<Vec4> {
         let rows = self.matrices.iter().flat_map(|matrix| {
             let (linear, at) = (matrix.matrix3.transpose(), matrix.translation);
             [
@@ -123,8 +185,7 @@ impl Pose {
                 linear.z_axis.extend(at.z),
             ]
         });
-        rows.flat_map(|row| row.to_array())
-            .chain(self.weights.iter().copied())
+        rows.chain(self.weights.iter().map(|&weight| Vec4::new(weight, 0.0, 0.0, 0.0)))
             .collect()
     }
 }

@@ -1,9 +1,9 @@
 //! Rigs in the shared buffers: one per mesh, for all entities that are posed.
 //!
-//! In: a mesh and its graph. Out: the corners around each vertex, joints, weights and morph targets as words of the surface
-//! buffer, which go when no pattern uses them any more.
+//! In: a mesh and its graph. Out: the fans around each vertex in the surface buffer, joints, weights and morph targets in the
+//! geometry buffer, which go when no pattern uses them any more.
 
-use super::Rig;
+use super::{Rig, fans::fans};
 use crate::{
     error::PatternError,
     surface::{Surface, SurfaceGraph},
@@ -12,12 +12,13 @@ use crate::{
 use bevy::{platform::collections::HashMap, prelude::*};
 use std::{ops::Range, sync::Arc};
 
-/// A rig in the surface buffer; names as in `PoseRecord`.
+/// A rig in the shared buffers; names as in `PoseRecord`.
 #[derive(Debug)]
 pub(crate) struct PackedRig {
-    range: Range<u32>,
-    pub(crate) corner_offset_base: u32,
-    pub(crate) corner_base: u32,
+    surface: Range<u32>,
+    geometry: Range<u32>,
+    pub(crate) fan_offset_base: u32,
+    pub(crate) fan_base: u32,
     /// 0 where there is no skin.
     pub(crate) skin_base: u32,
     pub(crate) target_base: u32,
@@ -27,20 +28,26 @@ pub(crate) struct PackedRig {
 
 impl PackedRig {
     fn new(rig: &Rig, graph: &SurfaceGraph, arena: &mut PatternArena) -> Result<Self, PatternError> {
-        let corners = corners(graph);
+        let fans = fans(graph);
         let moves = moves(rig);
-        let range = arena.allocate(Pool::Surface, (corners.len() + moves.len()) as u32)?;
-        arena.write(Pool::Surface, range.start, &corners);
-        let after = range.start + corners.len() as u32;
-        arena.write(Pool::Surface, after, &moves);
-        let skin = (SKIN_WORDS * rig.joints.len()) as u32;
+        let surface = arena.allocate(Pool::Surface, fans.len() as u32)?;
+        let geometry = match arena.allocate(Pool::Geometry, moves.len() as u32) {
+            Ok(range) => range,
+            Err(error) => {
+                arena.free(Pool::Surface, surface);
+                return Err(error);
+            }
+        };
+        arena.write(Pool::Surface, surface.start, &fans);
+        arena.write(Pool::Geometry, geometry.start, &moves);
         Ok(Self {
-            corner_offset_base: range.start,
-            corner_base: range.start + graph.len() as u32 + 1,
-            skin_base: if skin > 0 { after } else { 0 },
-            target_base: after + skin,
+            fan_offset_base: surface.start,
+            fan_base: surface.start + graph.len() as u32 + 1,
+            skin_base: if rig.joints.is_empty() { 0 } else { geometry.start },
+            target_base: geometry.start + 2 * rig.joints.len() as u32,
             targets: rig.targets(graph.len()) as u32,
-            range,
+            surface,
+            geometry,
         })
     }
 
@@ -49,42 +56,16 @@ impl PackedRig {
     }
 
     fn free(&self, arena: &mut PatternArena) {
-        arena.free(Pool::Surface, self.range.clone());
+        arena.free(Pool::Surface, self.surface.clone());
+        arena.free(Pool::Geometry, self.geometry.clone());
     }
 }
 
-const SKIN_WORDS: usize = 6;
-
-/// Joints and weights, six words per vertex, then displacements, three per vertex and target.
-fn moves(rig: &Rig) -> Vec<u32> {
-    let pair = |a: u16, b: u16| u32::from(a) | u32::from(b) << 16;
-    let skin = rig.joints.iter().zip(&rig.weights).flat_map(|(j, w)| {
-        let [x, y, z, w] = w.to_array().map(f32::to_bits);
-        [pair(j[0], j[1]), pair(j[2], j[3]), x, y, z, w]
-    });
-    let targets = rig.displacements.iter().flat_map(|d| d.to_array().map(f32::to_bits));
-    skin.chain(targets).collect()
-}
-
-/// The corners 3 t + c of triangles around each vertex: offsets, one more than there are vertices, then corners.
-fn corners(graph: &SurfaceGraph) -> Vec<u32> {
-    let corners = graph.triangles.as_flattened();
-    let vertices = graph.len();
-    let mut words = vec![0; vertices + 1 + corners.len()];
-    let (offsets, sorted) = words.split_at_mut(vertices + 1);
-    for &v in corners {
-        offsets[v as usize + 1] += 1;
-    }
-    for v in 0..vertices {
-        offsets[v + 1] += offsets[v];
-    }
-    let mut next = offsets[..vertices].to_vec();
-    for (&v, corner) in corners.iter().zip(0..) {
-        let at = &mut next[v as usize];
-        sorted[*at as usize] = corner;
-        *at += 1;
-    }
-    words
+/// Joints and weights of each vertex, then its displacements, target after target.
+fn moves(rig: &Rig) -> Vec<Vec4> {
+    let skin = rig.joints.iter().zip(&rig.weights);
+    let skin = skin.flat_map(|(joints, &weights)| [Vec4::from(joints.map(f32::from)), weights]);
+    skin.chain(rig.displacements.iter().map(|d| d.extend(0.0))).collect()
 }
 
 struct Entry {
@@ -119,8 +100,7 @@ impl PackedRigs {
             let rig = Rig::from_mesh(mesh.ok_or(PatternError::MeshDataTaken)?, graph)?;
             if entry.rig.is_like(&rig, graph) {
                 entry.geometry = surface.geometry;
-                let first = entry.rig.corner_base + 3 * graph.triangles.len() as u32;
-                arena.write(Pool::Surface, first, &moves(&rig));
+                arena.write(Pool::Geometry, entry.rig.geometry.start, &moves(&rig));
                 return Ok(entry.rig.clone());
             }
         }

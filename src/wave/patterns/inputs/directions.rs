@@ -1,11 +1,14 @@
 //! The source of a pattern's directions.
 
-use super::{Computation, Inputs, Pattern, PatternedItem, Stage, Surroundings, in_world, parameters::Parameters};
+use super::{
+    Computation, DueSmoothing, Inputs, Pattern, PatternedItem, Stage, Surroundings, in_world, parameters::Parameters,
+};
 use crate::{
     error::PatternError,
     field::{
-        Alignment, DirectionField, FieldRing, Principal, SmoothField, Smoothing, SymmetricTensor, VortexCore,
-        VortexCores, VortexField, directions, interval, smooth_constraints, tensors, welded,
+        Alignment, DirectionField, FOLLOWING_STEPS, FieldRing, Principal, SmoothField, Smoothing, SymmetricTensor,
+        VortexCore, VortexCores, VortexField, directions, interval, is_followed, own_share, smooth_constraints,
+        tensors, welded,
     },
     surface::{Level, SurfaceGraph},
     wave::{
@@ -48,8 +51,11 @@ pub(super) fn update(
     let change = stage.change;
     // The values of the mesh's vertices must be made anew.
     let stale = change.all || change.attributes || item.field.is_changed();
-    // What follows from positions alone, too.
-    let reshaped = change.moved() || item.field.is_changed();
+    // What follows from positions alone, too, but for those of a pose.
+    let reshaped = change.all || change.mesh || change.linear || item.field.is_changed();
+    // Smoothing may continue from where it was.
+    let followable = pattern.sources.followable && !(change.all || change.jump || item.field.is_changed());
+    let mut unfinished = 0;
     let mut axis = Vec3::ZERO;
     let mut turn = turn;
     let mut curvature = None;
@@ -59,10 +65,23 @@ pub(super) fn update(
     let kind = match &*item.field {
         DirectionField::PrincipalCurvature { direction, smoothing } if stage.live => {
             pattern.sources.task = None;
+            new |= stale || pattern.sources.unfinished > 0;
+            let mut steps = *smoothing;
+            if is_followed(*smoothing) {
+                let elements = 2 * stage.graph.len() as u32;
+                pattern.record.smooth_base = pattern.sources.smooth.fit(arena, Pool::Wave, elements)?;
+                if followable && kind_of(pattern) == DIRECTION_CURVATURE && (change.pose || change.mesh) {
+                    steps = FOLLOWING_STEPS;
+                    unfinished = *smoothing;
+                }
+            } else {
+                forget_lines(pattern, arena);
+            }
             // Lines lie in one of two places after an even or an odd number of steps.
-            parameters.directions.choice = u32::from(*direction == Principal::Minor) | (smoothing % 2) << 1;
-            new |= stale;
-            curvature = Some(*smoothing);
+            parameters.directions.choice =
+                u32::from(*direction == Principal::Minor) | (steps % 2) << 1 | u32::from(unfinished > 0) << 2;
+            parameters.directions.blend = own_share(*smoothing);
+            curvature = Some(steps);
             DIRECTION_CURVATURE
         }
         DirectionField::PrincipalCurvature { direction, smoothing } => {
@@ -103,12 +122,30 @@ pub(super) fn update(
             let nodes: usize = stage.graph.levels.iter().map(Level::len).sum();
             let sources = &mut pattern.sources;
             pattern.record.smooth_base = sources.smooth.fit(arena, Pool::Wave, 2 * nodes as u32)?;
-            parameters.directions.choice = u32::from(field.ring == FieldRing::Four)
-                | u32::from(field.smoothing == Smoothing::Extrinsic) << 1
-                | u32::from(field.quarter_turn) << 2;
-            new |= sources.written.directions != parameters.directions;
+            parameters.directions.choice =
+                u32::from(field.ring == FieldRing::Four) | u32::from(field.quarter_turn) << 2;
+            let same = sources.written.directions == parameters.directions;
+            let changed = new || !same;
+            new |= !same || sources.unfinished > 0;
             if new {
-                sources.due.smooth = Some(field.steps);
+                let from_nothing = sources.due.smooth.is_some_and(|due| !due.follows);
+                let follows = followable && same && !from_nothing && kind_of(pattern) == DIRECTION_SMOOTH;
+                let left = if changed {
+                    field.steps
+                } else {
+                    pattern.sources.unfinished
+                };
+                let sweeps = if follows {
+                    left.min(FOLLOWING_SWEEPS)
+                } else {
+                    field.steps
+                };
+                unfinished = if follows { left - sweeps } else { 0 };
+                pattern.sources.due.smooth = Some(DueSmoothing {
+                    kind: u32::from(field.smoothing == Smoothing::Extrinsic),
+                    sweeps,
+                    follows,
+                });
             }
             DIRECTION_SMOOTH
         }
@@ -240,9 +277,11 @@ pub(super) fn update(
     if matches!(kind, DIRECTION_AXIS | DIRECTION_VORTICES | DIRECTION_CURVATURE) {
         pattern.sources.vectors.free(arena);
     }
-    if kind != DIRECTION_SMOOTH {
-        pattern.sources.smooth.free(arena);
+    if !matches!(kind, DIRECTION_SMOOTH | DIRECTION_CURVATURE) {
+        forget_lines(pattern, arena);
     }
+    pattern.sources.unfinished = unfinished;
+    pattern.sources.followable &= kind == kind_of(pattern);
     let record = &mut pattern.record;
     record.sources = (record.sources & !255) | kind;
     let written = &pattern.sources.written;
@@ -259,6 +298,21 @@ pub(super) fn update(
         pattern.begin_directions(symmetry);
     }
     Ok(true)
+}
+
+/// Sweeps over the mesh by which a smoothed field follows what has changed in a frame.
+const FOLLOWING_SWEEPS: u32 = 4;
+
+/// `DIRECTION_*` of the directions in use.
+fn kind_of(pattern: &Pattern) -> u32 {
+    pattern.record.sources & 255
+}
+
+/// Gives back the memory of lines that smoothing continues from.
+fn forget_lines(pattern: &mut Pattern, arena: &mut PatternArena) {
+    pattern.sources.smooth.free(arena);
+    pattern.sources.followable = false;
+    pattern.record.smooth_base = 0;
 }
 
 /// The old directions stay, with all that belongs to them, since the new ones are not there yet.

@@ -17,7 +17,10 @@ mod surroundings;
 
 pub(crate) use surroundings::{BufferWatch, Surroundings, watch_buffers};
 
-use super::{Changed, Inputs, Pattern, PatternedItem, Phase, Tools, live::Rigged};
+use super::{
+    Changed, Inputs, Pattern, PatternedItem, Phase, Tools,
+    live::{Motion, Rigged},
+};
 use crate::{
     error::PatternError,
     field::Symmetry,
@@ -61,6 +64,10 @@ pub(super) struct Sources {
     screen: Option<screen::Follow>,
     /// Directions are those of principal curvature of a posed surface, after so many steps of smoothing.
     curvature: Option<u32>,
+    /// The device holds lines from which smoothing can continue.
+    followable: bool,
+    /// Steps of smoothing that are still to be done once nothing changes.
+    unfinished: u32,
     /// A change was met before the buffer with the new values was there.
     missed: Missed,
     due: Due,
@@ -83,12 +90,32 @@ struct Missed {
 pub(super) struct Due {
     /// The surface is posed.
     pub(super) pose: bool,
-    /// The field is smoothed, with so many sweeps over the mesh.
-    pub(super) smooth: Option<u32>,
+    /// The field is smoothed.
+    pub(super) smooth: Option<DueSmoothing>,
     pub(super) directions: bool,
     pub(super) frequencies: bool,
     pub(super) direction_copy: Option<BufferCopy>,
     pub(super) frequency_copy: Option<BufferCopy>,
+}
+
+/// How a field is smoothed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct DueSmoothing {
+    /// 0: intrinsically, 1: extrinsically.
+    pub(super) kind: u32,
+    /// Over the mesh.
+    pub(super) sweeps: u32,
+    /// From where the field was.
+    pub(super) follows: bool,
+}
+
+impl DueSmoothing {
+    /// The field stays as it was.
+    pub(super) const NONE: Self = Self {
+        kind: 0,
+        sweeps: 0,
+        follows: true,
+    };
 }
 
 impl Sources {
@@ -121,6 +148,7 @@ impl Sources {
 
     /// What is due, which the caller sees to.
     pub(super) fn take_due(&mut self) -> Due {
+        self.followable |= self.due.directions;
         std::mem::take(&mut self.due)
     }
 }
@@ -174,6 +202,8 @@ struct Change {
     linear: bool,
     /// Its pose, where the GPU does.
     pose: bool,
+    /// The pose is a very different one.
+    jump: bool,
     symmetry: bool,
     /// How many there are, or how they belong together.
     waves: bool,
@@ -188,6 +218,7 @@ impl Change {
         attributes: false,
         linear: false,
         pose: false,
+        jump: false,
         symmetry: false,
         waves: false,
         turn: false,
@@ -258,12 +289,16 @@ pub(super) fn update_inputs(
     let graph = tools.graphs.get(&surface.graph);
     let live = pattern.live.as_mut().zip(rigged);
     let is_live = live.is_some();
+    let motion = live.map_or(Motion::None, |(live, rigged)| {
+        live.update(rigged, reshaped, graph, &mut tools.arena)
+    });
     let change = Change {
         all: fresh || pattern.phase == Phase::Waiting && pattern.sources.task.is_none(),
         mesh: pattern.positions != surface.positions,
         attributes: pattern.geometry != surface.geometry,
         linear: !is_live && last.linear != inputs.linear,
-        pose: live.is_some_and(|(live, rigged)| live.update(rigged, reshaped, graph, &mut tools.arena)),
+        pose: motion != Motion::None,
+        jump: motion == Motion::Jump,
         symmetry: last.coupling.symmetry != inputs.coupling.symmetry,
         waves: last.coupling.waves != inputs.coupling.waves,
         turn: last.turn != inputs.turn,
@@ -275,8 +310,13 @@ pub(super) fn update_inputs(
     pattern.geometry = surface.geometry;
     pattern.positions = surface.positions;
     pattern.sources.due.pose |= change.pose;
+    if change.jump && pattern.is_solved() {
+        // Sweeps would not bring it back soon.
+        pattern.phase = Phase::Cold;
+    }
     let quiet = change == Change::NONE
         && pattern.sources.task.is_none()
+        && pattern.sources.unfinished == 0
         && !(item.field.is_changed() || item.frequency.is_changed())
         && !look_around(item);
     if quiet {
