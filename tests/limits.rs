@@ -362,8 +362,14 @@ fn meshes_may_be_empty_or_late() {
     let late = app.world().resource::<Assets<Mesh>>().reserve_handle();
     let [empty, no_vertex, never, late_entity] =
         [empty, no_vertex, never, late.clone()].map(|mesh| app.world_mut().spawn((Mesh3d(mesh), axis())).id());
-    for _ in 0..20 {
+    for _ in 0..2000 {
         update(&mut app);
+        if [empty, no_vertex]
+            .iter()
+            .all(|&e| state(&app, e) != PatternState::Preparing)
+        {
+            break;
+        }
         std::thread::sleep(std::time::Duration::from_millis(2));
     }
     assert_eq!(state(&app, empty), PatternState::Failed(PatternError::NoPositions));

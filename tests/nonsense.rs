@@ -7,7 +7,11 @@ use bevy::{
     mesh::{MeshVertexAttribute, VertexFormat},
     prelude::*,
 };
-use bevy_field_patterns::{prelude::*, wave::StyleNeeds};
+use bevy_field_patterns::{
+    material::{SceneStyle, Styled},
+    prelude::*,
+    wave::StyleNeeds,
+};
 use common::{add_mesh, app, mesh_file::to_bevy_mesh, settle, shapes, update};
 
 fn add<A: Asset>(app: &mut App, asset: A) -> Handle<A> {
@@ -55,32 +59,92 @@ fn an_error_about_a_value_that_is_no_number_is_said_once() {
     assert_eq!(app.world().resource::<Failures>().0, 2);
 }
 
-/// Rust's `clamp` panics where a bound is NaN, and Bevy with it.
+/// Numbers that are none become those of the default, or 0; others stay as they are, infinite ones too where these mean
+/// something.
 #[test]
-fn a_style_of_nan_does_not_stop_the_renderer() {
+fn styles_are_put_right() {
     let mut app = app();
-    let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
-    let style = Hatch {
-        lightest: f32::NAN,
-        darkest: f32::NAN,
+    let nan = f32::NAN;
+    let stripes = Stripes {
+        duty: nan,
+        softness: 0.25,
+        phase_speed: f32::INFINITY,
+        color: LinearRgba::new(0.5, nan, 0.25, 1.0),
+        focus: Focus::sphere(Vec3::new(1.0, nan, 2.0), 3.0),
         ..default()
     };
-    let material = add(
+    let stripes = add(
         &mut app,
-        HatchMaterial {
-            extension: style,
+        StripeMaterial {
+            extension: stripes,
             ..default()
         },
     );
-    let entity = app
-        .world_mut()
-        .spawn((Mesh3d(mesh), MeshMaterial3d(material), DirectionField::Axis(Dir3::Y)))
-        .id();
-    settle(&mut app);
-    for _ in 0..5 {
-        update(&mut app);
+    let texture = PatternTexture {
+        travel: Travel::Periods(nan),
+        ..default()
+    };
+    let texture = add(
+        &mut app,
+        PatternTextureMaterial {
+            extension: texture,
+            ..default()
+        },
+    );
+    let hatch = Hatch {
+        lightest: nan,
+        darkest: nan,
+        tone: HatchTone::Constant(nan),
+        ..default()
+    };
+    let hatch = add(
+        &mut app,
+        HatchMaterial {
+            extension: hatch,
+            ..default()
+        },
+    );
+    let tensor = add(&mut app, TensorMaterial::default());
+    let cells = Cells {
+        noise: nan,
+        border_width: BorderWidth::World(nan),
+        ..default()
+    };
+    let cells = add(
+        &mut app,
+        CellMaterial {
+            extension: cells,
+            ..default()
+        },
+    );
+    update(&mut app);
+
+    fn style<S: SceneStyle>(app: &App, handle: &Handle<Styled<S>>) -> S {
+        let materials = app.world().resource::<Assets<Styled<S>>>();
+        materials.get(handle).expect("a material").extension.clone()
     }
-    assert_eq!(state(&app, entity), PatternState::Converged);
+    let usual = Stripes::default();
+    let expected = Stripes {
+        softness: 0.25,
+        color: LinearRgba::new(0.5, usual.color.green, 0.25, 1.0),
+        focus: Focus::sphere(Vec3::new(1.0, 0.0, 2.0), 3.0),
+        ..usual
+    };
+    assert_eq!(style(&app, &stripes), expected);
+    assert_eq!(style(&app, &texture).travel, Travel::Periods(0.0));
+    let tone = HatchTone::Constant(0.0);
+    assert_eq!(style(&app, &hatch), Hatch { tone, ..default() });
+    assert_eq!(style(&app, &tensor), Tensor::default(), "there is no limit by default");
+    let materials = app.world().resource::<Assets<CellMaterial>>();
+    let cells = &materials.get(&cells).expect("a material").extension;
+    let border_width = BorderWidth::World(0.0);
+    assert_eq!(
+        *cells,
+        Cells {
+            border_width,
+            ..default()
+        }
+    );
 }
 
 /// The material was there before, in use and unchanged.
@@ -120,6 +184,47 @@ fn a_field_that_comes_after_its_style_is_checked_as_well() {
     let found = state(&app, entity);
     assert!(
         matches!(found, PatternState::Failed(PatternError::NeedsVectorSymmetry(_))),
+        "{found:?}"
+    );
+}
+
+/// For a while the entity has materials of two styles.
+#[test]
+fn a_style_that_takes_the_place_of_another_is_checked() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(3, 1.0));
+    let travelling = Stripes {
+        phase_speed: 1.0,
+        ..default()
+    };
+    let stripes = add(
+        &mut app,
+        StripeMaterial {
+            extension: travelling,
+            ..default()
+        },
+    );
+    let texture = add(&mut app, PatternTextureMaterial::default());
+    let field = (DirectionField::Axis(Dir3::Y), Symmetry::Vector);
+    let entity = app
+        .world_mut()
+        .spawn((Mesh3d(mesh), MeshMaterial3d(stripes), field))
+        .id();
+    settle(&mut app);
+    assert_eq!(state(&app, entity), PatternState::Converged);
+    app.world_mut().entity_mut(entity).insert(MeshMaterial3d(texture));
+    for _ in 0..3 {
+        update(&mut app);
+    }
+    app.world_mut()
+        .entity_mut(entity)
+        .remove::<MeshMaterial3d<StripeMaterial>>();
+    for _ in 0..5 {
+        update(&mut app);
+    }
+    let found = state(&app, entity);
+    assert!(
+        matches!(found, PatternState::Failed(PatternError::NeedsTwoWaves(_))),
         "{found:?}"
     );
 }

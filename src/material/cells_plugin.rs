@@ -2,7 +2,7 @@
 
 use super::{
     CellMaterial, CellMaterial2d, CellTexture, Cells, PatternMaterialPlugin, PatternShaderPlugin,
-    cells::mask_cell_cutouts, touch_materials,
+    cells::mask_cell_cutouts, numbers::put_right, touch_materials,
 };
 use crate::cells::{DrawCells, load_layout};
 use bevy::{
@@ -48,7 +48,12 @@ impl Plugin for CellMaterialPlugin {
         .add_systems(
             PostUpdate,
             (
-                mask_cell_cutouts.after(AssetEventSystems),
+                (
+                    mask_cell_cutouts,
+                    put_right(|m: &CellMaterial| &m.extension, |m| &mut m.extension),
+                    put_right(|m: &CellMaterial2d| &m.cells, |m| &mut m.cells),
+                )
+                    .after(AssetEventSystems),
                 touch_materials::<CellMaterial2d>.before(AssetEventSystems),
             ),
         );

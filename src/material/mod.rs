@@ -22,6 +22,7 @@ mod hatch;
 mod hatch_options;
 pub mod hatch_strokes;
 mod mipmaps;
+mod numbers;
 mod stripes;
 mod style;
 mod tensor;

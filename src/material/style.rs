@@ -3,7 +3,7 @@
 //! In: materials that extend [`StandardMaterial`] by a [`WaveStyle`]. Out: what a style asks of an entity's pattern, told to
 //! the solver as [`StyleNeeds`], and bases that may discard where a style cuts out, drawn forward where it needs the light.
 
-use super::{Focus, FocusSource, PatternMaterialPlugin, focus_source::carry_focus};
+use super::{Focus, FocusSource, PatternMaterialPlugin, focus_source::carry_focus, numbers::put_right};
 use crate::{field::DirectionField, wave::StyleNeeds};
 use bevy::{
     asset::AssetEventSystems,
@@ -79,7 +79,11 @@ impl<S: WaveStyle> Plugin for WaveStylePlugin<S> {
                     carry_focus::<S>
                         .after(TransformSystems::Propagate)
                         .before(AssetEventSystems),
-                    fit_bases::<S>.after(AssetEventSystems),
+                    (
+                        put_right(|m: &Styled<S>| &m.extension, |m| &mut m.extension),
+                        fit_bases::<S>,
+                    )
+                        .after(AssetEventSystems),
                 ),
             )
             .add_systems(Last, declare_needs::<S>)
@@ -163,18 +167,14 @@ fn withdraw_needs<S: WaveStyle>(event: On<Remove, MeshMaterial3d<Styled<S>>>, mu
 /// Tells the solver which entities carry a style that their pattern cannot have.
 fn declare_needs<S: WaveStyle>(
     changes: MessageReader<AssetEvent<Styled<S>>>,
-    entities: Query<(
-        Entity,
-        Ref<MeshMaterial3d<Styled<S>>>,
-        Ref<DirectionField>,
-        Option<&StyleNeeds>,
-    )>,
+    entities: Query<(Entity, Ref<MeshMaterial3d<Styled<S>>>, Option<&StyleNeeds>), With<DirectionField>>,
     materials: Res<Assets<Styled<S>>>,
     mut commands: Commands,
 ) {
     let any_material_changed = !changes.is_empty();
-    for (entity, material, field, declared) in &entities {
-        if !any_material_changed && !material.is_changed() && !field.is_added() {
+    for (entity, material, declared) in &entities {
+        // What is not declared may be new here, or have been withdrawn with the material of another style.
+        if declared.is_some() && !any_material_changed && !material.is_changed() {
             continue;
         }
         let material = materials.get(&material.0);
