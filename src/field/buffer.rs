@@ -13,7 +13,7 @@ use bevy::{prelude::*, render::storage::ShaderBuffer};
 #[derive(Reflect, Debug, Clone, PartialEq)]
 #[reflect(Default)]
 pub struct FieldBuffer {
-    /// The buffer.
+    /// The buffer. As long as there is none behind the handle, the pattern is being prepared. Default: none.
     pub buffer: Handle<ShaderBuffer>,
     /// Whether it is read in every frame, in which case the pattern never sleeps. Otherwise it is read when the component
     /// that names it has changed (`set_changed` will do). Default: in every frame.

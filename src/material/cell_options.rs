@@ -92,7 +92,8 @@ pub enum TileChoice {
 #[derive(Reflect, Debug, Clone, PartialEq)]
 #[reflect(Default, Clone, PartialEq)]
 pub struct CellTexture {
-    /// The image. Its u axis lies along the ellipse's long axis.
+    /// The image. Its u axis lies along the ellipse's long axis. Until it is loaded, and if it never is, Bevy does not draw the
+    /// mesh.
     pub image: Handle<Image>,
     /// Columns of the atlas, 1 or more. Default 1.
     pub columns: u32,

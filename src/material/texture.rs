@@ -70,7 +70,8 @@ pub type PatternTextureMaterial = ExtendedMaterial<StandardMaterial, PatternText
 #[derive(Asset, Reflect, Debug, Clone, PartialEq)]
 #[reflect(Default, Clone, PartialEq)]
 pub struct PatternTexture {
-    /// The image in every period cell, its right along d, its top along n × d. Default: white.
+    /// The image in every period cell, its right along d, its top along n × d. Until it is loaded, and if it never is, Bevy
+    /// does not draw the mesh. Default: white.
     pub image: Handle<Image>,
     /// Multiplies the image's colour and alpha. Default: white.
     pub tint: LinearRgba,
