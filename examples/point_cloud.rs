@@ -1,5 +1,5 @@
-//! Stripes on points: a scan of a creature, noisy, without a mesh. Each point is drawn as a disc that knows its
-//! neighbours' waves.
+//! Stripes on points: a scan of a creature, noisy, without a mesh. Each point is drawn as a disc that knows its neighbours'
+//! waves; beside it the same pattern, carried onto a mesh.
 //!
 //! ```sh
 //! cargo run --example point_cloud
@@ -13,6 +13,7 @@ use bevy_field_patterns::prelude::*;
 use common::{
     args::run_plain,
     creature::Creature,
+    mesh_file::to_bevy_mesh,
     points,
     scene::{Subject, View},
 };
@@ -22,6 +23,8 @@ use std::process::ExitCode;
 const COUNT: usize = 40_000;
 /// How far they are off, in units of length; the creature is about 2 units long.
 const NOISE: f32 = 0.002;
+/// Where the mesh stands, and the points on the other side.
+const ASIDE: Vec3 = Vec3::new(0.65, 0.0, -0.85);
 
 fn main() -> ExitCode {
     run_plain("Point cloud", |app| {
@@ -32,7 +35,8 @@ fn main() -> ExitCode {
 }
 
 fn setup(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut stripes: ResMut<Assets<StripeMaterial>>) {
-    let cloud = points::scan(&Creature::generate(0.03).mesh, COUNT, NOISE, 1);
+    let body = Creature::generate(0.03).mesh;
+    let cloud = points::scan(&body, COUNT, NOISE, 1);
     let material = stripes.add(StripeMaterial {
         base: StandardMaterial {
             base_color: Color::srgb(0.92, 0.90, 0.84),
@@ -44,11 +48,20 @@ fn setup(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut stripes: 
             ..default()
         },
     });
-    commands.spawn((
+    let scanned = commands.spawn((
         Subject,
         Mesh3d(meshes.add(points::to_bevy_mesh(&cloud))),
-        MeshMaterial3d(material),
+        MeshMaterial3d(material.clone()),
         DirectionField::Axis(Dir3::Z),
         Frequency::Uniform(12.0),
+        Transform::from_translation(-ASIDE),
+    ));
+    let scanned = scanned.id();
+    commands.spawn((
+        Subject,
+        Mesh3d(meshes.add(to_bevy_mesh(&body))),
+        MeshMaterial3d(material),
+        CarriesPattern { of: scanned },
+        Transform::from_translation(ASIDE),
     ));
 }

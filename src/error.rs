@@ -156,6 +156,9 @@ pub enum PatternError {
         /// What it should have: "`GlobalTransform`".
         lacks: &'static str,
     },
+    /// A pattern cannot be carried.
+    #[error("CarriesPattern: {0}")]
+    Carried(&'static str),
     /// There are no scalars to follow.
     #[error("{0} needs scalars; give the entity DirectionField::Tensor or PatternScalars")]
     NoScalars(&'static str),

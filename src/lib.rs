@@ -96,8 +96,8 @@ pub mod prelude {
         },
         scene::{PatternScene, PatternScenePart, StyledScene},
         wave::{
-            CreaseLine, CreasePhase, PatternFailed, PatternMesh, PatternReady, PatternState, RestartPattern,
-            SolverSettings, Waves, pose::PatternPose,
+            CarriesPattern, CreaseLine, CreasePhase, PatternFailed, PatternMesh, PatternReady, PatternState,
+            RestartPattern, SolverSettings, Waves, pose::PatternPose,
         },
     };
 }

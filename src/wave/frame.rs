@@ -73,11 +73,13 @@ pub(crate) enum Pass {
     Transports,
     /// A step of smoothing.
     SmoothLines,
+    /// Another entity's pattern.
+    Carry,
 }
 
 impl Pass {
     /// All passes, in the order of their discriminants.
-    pub(crate) const ALL: [Self; 30] = [
+    pub(crate) const ALL: [Self; 31] = [
         Self::Directions,
         Self::Frequencies,
         Self::EdgeWeights,
@@ -108,6 +110,7 @@ impl Pass {
         Self::Limit,
         Self::Transports,
         Self::SmoothLines,
+        Self::Carry,
     ];
 
     /// Name of the entry point.
@@ -143,6 +146,7 @@ impl Pass {
             Self::Limit => "limit",
             Self::Transports => "transports",
             Self::SmoothLines => "smooth_lines",
+            Self::Carry => "carry",
         }
     }
 

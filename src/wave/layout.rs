@@ -129,8 +129,9 @@ pub struct PatternRecord {
     pub parameter_base: u32,
     /// `wave[smooth_base..]`: the smoothed field of every node, then what it is drawn to; see `smooth.wgsl`.
     pub smooth_base: u32,
-    /// Unused.
-    pub pad: u32,
+    /// `surface[carry_base]` is the record of the entity whose pattern this one carries, then follow the six vertices of it that
+    /// are nearest to each vertex of this one; only where it carries one.
+    pub carry_base: u32,
     /// `surface[pose_base..]` is the entity's [`PoseRecord`]; 0: its positions are not posed.
     pub pose_base: u32,
     /// Unused.

@@ -40,7 +40,7 @@ mod waves;
 
 pub use crate::{arena::PatternMemory, surface::PatternMesh};
 pub use arena::PatternArena;
-pub use carry::{CarriedWave, carry_wave};
+pub use carry::{CarriedWave, CarriesPattern, carry_wave};
 pub use crease::{CreaseLine, CreasePhase};
 pub use patterns::Pattern;
 pub use quality::{Quality, quality};
@@ -87,6 +87,7 @@ impl Plugin for WavePlugin {
             .init_resource::<settings::ValidSettings>()
             .init_resource::<crate::diagnostics::QualityReport>()
             .init_resource::<crate::material::BufferGeneration>()
+            .register_type::<CarriesPattern>()
             .register_type::<CreasePhase>()
             .register_type::<PatternState>()
             .register_type::<pose::PatternPose>()

@@ -126,6 +126,7 @@ pub(super) fn init_pipelines(
             | Pass::BranchesPartial
             | Pass::BranchesTotal
             | Pass::Report => load_embedded_asset!(&*assets, "measure.wgsl"),
+            Pass::Carry => load_embedded_asset!(&*assets, "carry.wgsl"),
             Pass::PoseVertices | Pass::PoseNormals => load_embedded_asset!(&*assets, "pose/pose.wgsl"),
             Pass::Limit => load_embedded_asset!(&*assets, "pose/limit.wgsl"),
             Pass::Deviators | Pass::Transports | Pass::SmoothLines => {
@@ -199,6 +200,7 @@ pub(super) fn stage(pass: Pass) -> &'static str {
         | Pass::SmoothLines => "pattern_field",
         Pass::PoseVertices | Pass::PoseNormals => "pattern_pose",
         Pass::EdgeWeights => "pattern_edges",
+        Pass::Carry => "pattern_carry",
         Pass::Align | Pass::Coarsen | Pass::StartTop | Pass::SolveSmall | Pass::Prolong | Pass::SweepCoarse => {
             "pattern_hierarchy"
         }

@@ -82,11 +82,20 @@ pub(crate) struct Work {
     pub(crate) cycling: Vec<Member>,
     /// Sweep over the mesh, after all that.
     pub(crate) sweeping: Vec<(Member, Sweeps)>,
+    /// Carry the pattern of another entity, as it is after all that.
+    pub(crate) carried: Vec<Member>,
     /// Everything that is drawn, for the report; empty: no report.
     pub(crate) reported: Vec<Member>,
 }
 
 impl Work {
+    /// Whether the pattern with this record is another one after the frame.
+    pub(crate) fn touches(&self, record: u32) -> bool {
+        let lists = [&self.posed, &self.changed, &self.cold, &self.cycling];
+        let mut members = lists.into_iter().flatten();
+        members.any(|member| member.record == record) || self.sweeping.iter().any(|(member, _)| member.record == record)
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.posed.is_empty()
             && self.curved.is_empty()
@@ -97,6 +106,7 @@ impl Work {
             && self.cold.is_empty()
             && self.cycling.is_empty()
             && self.sweeping.is_empty()
+            && self.carried.is_empty()
             && self.reported.is_empty()
     }
 }
@@ -124,6 +134,7 @@ pub(crate) fn plan(work: &Work, settings: &SolverSettings, item: u32, frame: &mu
     }
     planner.hierarchy(&work.cycling, settings.warm_level_sweeps, true);
     planner.sweeps(&work.sweeping);
+    planner.pass_over_vertices(Pass::Carry, &work.carried);
     planner.report(&work.reported);
 }
 

@@ -67,6 +67,7 @@ pub(crate) fn build(app: &mut App) {
     embedded_asset!(app, "hierarchy.wgsl");
     embedded_asset!(app, "sweep.wgsl");
     embedded_asset!(app, "measure.wgsl");
+    embedded_asset!(app, "carry.wgsl");
     let status = GpuStatus::default();
     status.set_absent(app.get_sub_app(RenderApp).is_none());
     let counters = SolverCounters::default();

@@ -3,6 +3,7 @@
 
 use super::{
     Changed, Creases, Inputs, Pattern, PatternedItem, Phase, Tools,
+    carried::Source,
     creases::update_creases,
     graphs::pack,
     inputs::{self, update_inputs},
@@ -57,6 +58,7 @@ impl Pattern {
             inputs,
             live,
             sources: default(),
+            carrying: None,
             creases: Creases::default(),
             behind: false,
             waited: 0,
@@ -72,6 +74,7 @@ impl Pattern {
 
 pub(super) fn update_pattern(
     item: &mut PatternedItem,
+    carried: Option<&Option<Source>>,
     tools: &mut Tools,
     fresh: bool,
 ) -> Result<Changed, PatternError> {
@@ -83,7 +86,13 @@ pub(super) fn update_pattern(
         (_, Some(symmetry)) => **symmetry,
         (_, None) => item.field.default_symmetry(),
     };
-    let coupling = Coupling { waves, symmetry };
+    let (coupling, source) = match carried {
+        None => (Coupling { waves, symmetry }, None),
+        Some(Some(source)) => (source.coupling, Some(source)),
+        // The surface is made meanwhile.
+        Some(None) => (Coupling::default(), None),
+    };
+    let waves = coupling.waves;
     if let Some(needs) = item.needs {
         needs.check(coupling)?;
     }
@@ -100,6 +109,8 @@ pub(super) fn update_pattern(
         || item.waves.as_ref().is_some_and(|waves| waves.is_changed())
         || item.turn.as_ref().is_some_and(|turn| turn.is_changed())
         || item.crease.as_ref().is_some_and(|crease| crease.is_changed())
+        // The other entity may be well again.
+        || carried.is_some()
         || item.crease.is_none() && is_crease_error(&item.state)
         || item.space.as_ref().is_some_and(|space| space.is_changed())
         || item.pose.as_ref().is_some_and(|pose| pose.is_changed())
@@ -119,17 +130,17 @@ pub(super) fn update_pattern(
             pattern.write_record(&mut tools.arena);
         }
     }
-    let source = match item.meshes {
+    let source_mesh = match item.meshes {
         Some(meshes) if own_mesh => meshes.source.clone(),
         _ => item.mesh.0.clone(),
     };
-    let surface = match tools.cache.request(source.id()) {
+    let surface = match tools.cache.request(source_mesh.id()) {
         SurfaceState::Ready(surface) => surface,
         SurfaceState::Preparing => return Ok(Changed::Waiting),
         SurfaceState::Failed(error) => {
             if own_mesh {
                 // What is drawn must be the user's mesh, not a copy of what it was.
-                tools.commands.entity(item.entity).try_insert(Mesh3d(source));
+                tools.commands.entity(item.entity).try_insert(Mesh3d(source_mesh));
             }
             return Err(error);
         }
@@ -144,9 +155,12 @@ pub(super) fn update_pattern(
     {
         return Err(error.clone());
     }
-    let graph = pack(&surface, source.id(), tools)?;
+    if matches!(carried, Some(None)) {
+        return Ok(Changed::Waiting);
+    }
+    let graph = pack(&surface, source_mesh.id(), tools)?;
     let in_world = item.space.as_ref().is_some_and(|space| **space == PatternSpace::World);
-    let rigged = Rigged::of(item, &surface, source.id(), in_world, tools)?;
+    let rigged = Rigged::of(item, &surface, source_mesh.id(), in_world, tools)?;
     let linear = item
         .transform
         .filter(|_| in_world)
@@ -162,6 +176,7 @@ pub(super) fn update_pattern(
             (live, rigged) => live.is_none() && rigged.is_none(),
         };
         pattern.topology == surface.topology
+            && pattern.carrying.is_some() == carried.is_some()
             && same_memory
             && pattern.inputs.linear.is_some() == linear.is_some()
             && pattern.inputs.coupling.waves.count() == waves.count()
@@ -181,12 +196,23 @@ pub(super) fn update_pattern(
             return Err(PatternError::MeshTagTaken);
         }
         let mut pattern = Pattern::new(graph, &surface, inputs, rigged.clone(), tools)?;
+        pattern.carrying = carried.map(|_| default());
         // Bad input leaves a pattern that waits for a better one.
-        let updated = update_creases(&mut pattern, item, &surface, tools)
-            .and_then(|_| update_inputs(&mut pattern, item, &surface, inputs, source.id(), rigged, tools, true));
+        let updated = update_creases(&mut pattern, item, &surface, tools).and_then(|_| {
+            update_inputs(
+                &mut pattern,
+                item,
+                &surface,
+                inputs,
+                source_mesh.id(),
+                rigged,
+                tools,
+                true,
+            )
+        });
         let tag = pattern.ranges.record;
         let meshes = PatternMesh {
-            source: source.clone(),
+            source: source_mesh.clone(),
             drawn: surface.drawn.clone(),
             graph: surface.graph.clone(),
         };
@@ -212,8 +238,19 @@ pub(super) fn update_pattern(
         return Ok(Changed::Waiting);
     };
     let creased = update_creases(&mut pattern, item, &surface, tools);
-    let changed = update_inputs(&mut pattern, item, &surface, inputs, source.id(), rigged, tools, false);
+    let changed = update_inputs(
+        &mut pattern,
+        item,
+        &surface,
+        inputs,
+        source_mesh.id(),
+        rigged,
+        tools,
+        false,
+    );
+    let carrying = source.map_or(Ok(()), |source| pattern.update_carrying(source, &surface, tools));
     item.pattern = Some(pattern);
+    carrying?;
     match (changed?, creased?) {
         (Changed::Nothing, true) => Ok(Changed::Inputs),
         (changed, _) => Ok(changed),
@@ -257,7 +294,7 @@ pub(super) fn fail(item: &mut PatternedItem, tools: &mut Tools, error: PatternEr
 /// Solves a pattern from nothing.
 pub(crate) fn restart(event: On<RestartPattern>, mut patterns: Query<&mut Pattern>) {
     if let Ok(mut pattern) = patterns.get_mut(event.entity)
-        && pattern.phase != Phase::Waiting
+        && pattern.is_solved()
     {
         pattern.phase = Phase::Cold;
     }
@@ -287,12 +324,16 @@ pub(super) fn release(mut world: DeferredWorld, context: HookContext) {
     let Some(mut pattern) = world.get_mut::<Pattern>(context.entity) else {
         return;
     };
-    let (mut ranges, mut sources) = (
+    let (mut ranges, mut sources, carrying) = (
         std::mem::take(&mut pattern.ranges),
         std::mem::take(&mut pattern.sources),
+        pattern.carrying.take(),
     );
     if let Some(mut arena) = world.get_resource_mut::<PatternArena>() {
         ranges.free(&mut arena);
         sources.free(&mut arena);
+        if let Some(mut carrying) = carrying {
+            carrying.free(&mut arena);
+        }
     }
 }

@@ -4,6 +4,7 @@
 //! pattern starts cold, follows changes warm, comes to rest, and then costs nothing.
 
 mod budget;
+mod carried;
 mod creases;
 mod graphs;
 mod inputs;
@@ -18,6 +19,7 @@ pub(crate) use life::{remove_pattern, restart};
 
 use super::{
     arena::{PatternArena, Pool},
+    carry::CarriesPattern,
     crease::CreasePhase,
     frame::Frame,
     layout::{FLAG_READY, LevelRecord, PatternRecord},
@@ -32,6 +34,7 @@ use super::{
 use crate::{
     arena::Pool as _,
     diagnostics::QualityReport,
+    error::PatternError,
     field::{DirectionField, FieldTime, FieldTurn, Frequency, PatternScalars, PatternSpace, Symmetry},
     surface::{PatternMesh, SurfaceCache, SurfaceGraph},
 };
@@ -40,9 +43,11 @@ use bevy::{
     ecs::{query::QueryData, system::SystemParam},
     math::Mat3A,
     mesh::{MeshTag, morph::MeshMorphWeights, skinning::SkinnedMesh},
+    platform::collections::HashMap,
     prelude::*,
 };
 use budget::{Budget, in_turn};
+use carried::{Carrying, Source};
 use creases::Creases;
 use graphs::forget_unused;
 use inputs::{Sources, Surroundings};
@@ -70,6 +75,8 @@ pub struct Pattern {
     /// The surface is posed on the GPU.
     live: Option<Live>,
     sources: Sources,
+    /// It is another entity's.
+    carrying: Option<Carrying>,
     /// What the pins in the shared buffers were made from, where there are any.
     creases: Creases,
     /// Inputs have changed, and the GPU has not brought its own up to date yet.
@@ -102,6 +109,8 @@ enum Phase {
     Sweeping(Sweeps),
     /// Sleeps.
     Asleep,
+    /// Is another entity's.
+    Carried,
 }
 
 impl Pattern {
@@ -127,6 +136,9 @@ impl Pattern {
     fn free(&mut self, arena: &mut PatternArena) {
         self.ranges.free(arena);
         self.sources.free(arena);
+        if let Some(carrying) = &mut self.carrying {
+            carrying.free(arena);
+        }
     }
 
     fn is_drawn(&self) -> bool {
@@ -150,6 +162,7 @@ pub(crate) struct Patterned {
     waves: Option<Ref<'static, Waves>>,
     turn: Option<Ref<'static, FieldTurn>>,
     crease: Option<Ref<'static, CreasePhase>>,
+    carries: Option<Ref<'static, CarriesPattern>>,
     space: Option<Ref<'static, PatternSpace>>,
     pose: Option<Ref<'static, PatternPose>>,
     skin: Option<&'static SkinnedMesh>,
@@ -205,15 +218,30 @@ pub(crate) fn update_patterns(
         tools.rigs.retire_all();
     }
     let mut claims = Vec::new();
+    let mut carried: HashMap<Entity, Result<Option<Source>, PatternError>> = HashMap::default();
+    for item in &patterns {
+        let other = item.carries.as_ref().and_then(|carries| patterns.get(carries.of).ok());
+        carried.extend(carried::source(&item, other).map(|source| (item.entity, source)));
+    }
     for mut item in &mut patterns {
         if let Some(error) = status.error() {
             fail(&mut item, &mut tools, error);
             continue;
         }
         let fresh = lost || restart;
-        match update_pattern(&mut item, &mut tools, fresh) {
+        let source = carried.get(&item.entity).cloned().transpose();
+        let updated = source.and_then(|source| update_pattern(&mut item, source.as_ref(), &mut tools, fresh));
+        match updated {
+            Ok(_) if item.carries.is_some() => {
+                if let Some(Ok(None)) = carried.get(&item.entity) {
+                    item.state.set_if_neq(PatternState::Preparing);
+                }
+            }
             Ok(changed) => claims.extend(claim(&mut item, changed, &status)),
-            Err(error) => fail(&mut item, &mut tools, error),
+            Err(error) => {
+                carried.remove(&item.entity);
+                fail(&mut item, &mut tools, error);
+            }
         }
     }
     let mut work = Work::default();
@@ -224,11 +252,19 @@ pub(crate) fn update_patterns(
             serve(&mut item, &mut budget, &mut work, &mut tools, &mut ready);
         }
     }
+    for (entity, source) in &carried {
+        if let (Ok(Some(source)), Ok(mut item)) = (source, patterns.get_mut(*entity))
+            && status.is_ready()
+        {
+            carried::serve(&mut item, source, &mut work, &mut tools, &mut ready);
+        }
+    }
     if status.is_ready() {
         if status.reports() && report.0 && !work.is_empty() {
-            let drawn = patterns
-                .iter()
-                .filter_map(|item| item.pattern.filter(|pattern| pattern.is_drawn()));
+            let drawn = patterns.iter().filter_map(|item| {
+                item.pattern
+                    .filter(|pattern| pattern.is_drawn() && pattern.carrying.is_none())
+            });
             work.reported = drawn.map(Pattern::member).collect();
         }
         plan(&work, &tools.settings, status.item(), &mut outbox.0);

@@ -174,7 +174,7 @@ pub(super) fn serve(
             pattern.finish(Sweeps { plain, ..default() }, budget, work)
         }
         Phase::Sweeping(left) => pattern.finish(left, budget, work),
-        Phase::Waiting | Phase::Asleep => return,
+        Phase::Waiting | Phase::Asleep | Phase::Carried => return,
     };
     if served {
         pattern.waited = 0;

@@ -39,7 +39,7 @@ use bevy::{
     tasks::Task,
 };
 use parameters::Parameters;
-use slot::Slot;
+pub(super) use slot::Slot;
 
 /// Where an entity's directions and frequencies come from, and what it owns of the shared buffers for them.
 #[derive(Default)]
@@ -249,11 +249,18 @@ impl Pattern {
     /// How the waves belong together from now on.
     fn set_waves(&mut self, waves: Waves) {
         let cross = if waves == Waves::Cross { FLAG_CROSS } else { 0 };
-        if cross != self.record.flags & FLAG_CROSS && self.phase != Phase::Waiting {
+        if cross != self.record.flags & FLAG_CROSS && self.is_solved() {
             self.phase = Phase::Cold;
         }
         self.record.flags = (self.record.flags & !FLAG_CROSS) | cross;
         self.record.ratio = waves.ratio();
+    }
+
+    fn set_symmetry(&mut self, symmetry: Symmetry) {
+        self.record.flags &= !FLAG_VECTOR;
+        if symmetry == Symmetry::Vector {
+            self.record.flags |= FLAG_VECTOR;
+        }
     }
 
     /// Other directions come into use. They follow those before where phasors refer to these.
@@ -262,10 +269,8 @@ impl Pattern {
             // The phasors of lines and of vectors mean different things.
             self.phase = Phase::Cold;
         }
-        self.record.flags &= !(FLAG_VECTOR | FLAG_FOLLOW);
-        if symmetry == Symmetry::Vector {
-            self.record.flags |= FLAG_VECTOR;
-        }
+        self.record.flags &= !FLAG_FOLLOW;
+        self.set_symmetry(symmetry);
         if self.is_solved() {
             self.record.flags |= FLAG_FOLLOW;
         }
@@ -347,6 +352,13 @@ pub(super) fn update_inputs(
             .write(Pool::Geometry, first, &geometry(graph, &positions, &normals, &discs));
     }
     let scalars = scalars::update(pattern, item, &stage, &mut tools.arena)?;
+    if pattern.carrying.is_some() {
+        pattern.set_symmetry(inputs.coupling.symmetry);
+        if change.all || pattern.record != before {
+            pattern.write_record(&mut tools.arena);
+        }
+        return Ok(Changed::Nothing);
+    }
     let mut parameters = Parameters::default();
     let directions = directions::update(pattern, item, &stage, &tools.around, &mut tools.arena, &mut parameters)?;
     let frequencies = frequencies::update(

@@ -8,11 +8,16 @@ use std::ops::Range;
 
 /// Owned memory, or none.
 #[derive(Debug, Default)]
-pub(super) struct Slot(Option<(Pool, Range<u32>)>);
+pub(in crate::wave::patterns) struct Slot(Option<(Pool, Range<u32>)>);
 
 impl Slot {
     /// The first of `len` elements; memory of another length is exchanged, and its content lost.
-    pub(super) fn fit(&mut self, arena: &mut PatternArena, pool: Pool, len: u32) -> Result<u32, PatternError> {
+    pub(in crate::wave::patterns) fn fit(
+        &mut self,
+        arena: &mut PatternArena,
+        pool: Pool,
+        len: u32,
+    ) -> Result<u32, PatternError> {
         if let Some((of, range)) = &self.0
             && *of == pool
             && range.end - range.start == len
@@ -26,7 +31,7 @@ impl Slot {
         Ok(first)
     }
 
-    pub(super) fn free(&mut self, arena: &mut PatternArena) {
+    pub(in crate::wave::patterns) fn free(&mut self, arena: &mut PatternArena) {
         if let Some((pool, range)) = self.0.take() {
             arena.free(pool, range);
         }
