@@ -6,6 +6,7 @@ mod common;
 use bevy::{
     app::PluginsState,
     asset::RenderAssetUsages,
+    core_pipeline::prepass::DepthPrepass,
     mesh::{MeshPlugin, PrimitiveTopology, VertexAttributeValues},
     prelude::*,
     render::{
@@ -22,7 +23,7 @@ use bevy_field_patterns::{
     surface::SurfaceGraph,
     wave::{Pattern, PatternArena, Quality, quality, solver::solve_cpu},
 };
-use common::{add_mesh, app, graph, mesh_file::to_bevy_mesh, settle, shapes, update, wave};
+use common::{add_mesh, app, graph, headless, mesh_file::to_bevy_mesh, settle, shapes, update, wave};
 
 fn axis() -> (DirectionField, Frequency) {
     (DirectionField::Axis(Dir3::Y), Frequency::Uniform(3.0))
@@ -470,4 +471,53 @@ fn one_mesh_and_one_material_carry_two_fields() {
     let drawn = |entity| app.world().get::<PatternMesh>(entity).expect("meshes").drawn.clone();
     assert_eq!(drawn(first), drawn(second), "the copy is shared");
     assert!(app.world().resource::<PatternArena>().memory().used > 0);
+}
+
+/// Bevy's prepasses and shadows would stop the renderer.
+#[test]
+fn a_mesh_without_positions_is_not_drawn() {
+    let mut app = headless::headless_app(UVec2::splat(32)).expect("a device");
+    app.add_plugins(FieldPatternsPlugin);
+    let world = app.world_mut();
+    world.spawn((
+        Camera3d::default(),
+        DepthPrepass,
+        Msaa::Off,
+        Transform::from_xyz(0.0, 0.0, 3.0).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
+    world.spawn(DirectionalLight {
+        shadow_maps_enabled: true,
+        ..default()
+    });
+    let flat = Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, vec![Vec3::Z; 3]);
+    let flat = Mesh3d(world.resource_mut::<Assets<Mesh>>().add(flat));
+    let cells = world
+        .resource_mut::<Assets<CellMaterial>>()
+        .add(CellMaterial::default());
+    let hatch = world
+        .resource_mut::<Assets<HatchMaterial>>()
+        .add(HatchMaterial::default());
+    let mesh = add_mesh(&mut app, &shapes::icosphere(3, 1.0));
+    let material = striped(&mut app);
+    let world = app.world_mut();
+    let bad = [
+        world.spawn((flat.clone(), axis(), material.clone())).id(),
+        world.spawn((flat.clone(), axis(), MeshMaterial3d(hatch))).id(),
+    ];
+    let sampled = world
+        .spawn((flat, AnisotropicSamples::default(), MeshMaterial3d(cells)))
+        .id();
+    let good = world.spawn((Mesh3d(mesh), axis(), material)).id();
+    settle(&mut app);
+    assert_solved(&app, good);
+    for entity in bad {
+        assert_eq!(state(&app, entity), PatternState::Failed(PatternError::NoPositions));
+    }
+    assert_eq!(
+        app.world().get::<SamplingState>(sampled),
+        Some(&SamplingState::Failed(PatternError::NoPositions))
+    );
+    let picture = headless::picture(&mut app).expect("a picture");
+    assert!(!headless::is_blank(&picture), "the sphere is drawn");
 }

@@ -11,6 +11,7 @@ use bevy::{
     render::render_resource::{Extent3d, TextureDimension, TextureFormat},
 };
 use bevy_field_patterns::{
+    cells::{check_samples, layout::Site},
     prelude::*,
     sampling::{metric::Structure, planar::PlanarDomain},
 };
@@ -201,6 +202,56 @@ fn wishes_that_cannot_be_met_are_told() {
     let structure = Structure::default();
     let entity = spawn(&mut app, bad(MetricSource::Image { image, structure }));
     assert!(matches!(failure(&mut app, entity), PatternError::Domain(_)));
+}
+
+/// Sampled and drawn, or refused by both with the same words.
+#[test]
+fn any_unit_of_length_will_do_or_is_refused() {
+    let mut app = app();
+    for (unit, fits) in [
+        (1e-30, false),
+        (1e-14, true),
+        (1e-7, true),
+        (1e7, true),
+        (1e14, true),
+        (1e30, false),
+    ] {
+        let mesh = Mesh::from(Torus::new(0.5 * unit, unit));
+        let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
+        let on_mesh = app.world_mut().spawn((Mesh3d(mesh), along_y(200))).id();
+        let domain = PlanarDomain::Rectangle {
+            min: DVec2::ZERO,
+            max: DVec2::splat(f64::from(unit)),
+        };
+        let wish = AnisotropicSamples {
+            density: Density::Count(200),
+            ..default()
+        };
+        let in_plane = app.world_mut().spawn((domain, wish)).id();
+        for entity in [on_mesh, in_plane] {
+            let state = settle(&mut app, entity);
+            if fits {
+                assert_eq!(state, SamplingState::Ready, "{unit}");
+                let set = samples(&app, entity);
+                assert_eq!((set.len(), check_samples(&set)), (200, Ok(())), "{unit}");
+                for i in 0..set.len() {
+                    let site = Site::new(set.positions[i], set.normals[i], set.metrics[i]);
+                    let point = set.positions[set.ring(i)[0] as usize];
+                    let (drawn, meant) = (
+                        site.metric_offset(point).length_squared(),
+                        set.distance_squared(i, point),
+                    );
+                    assert!((drawn - meant).abs() < 1e-3 * meant, "{unit}: {drawn} for {meant}");
+                }
+            } else {
+                let too_far = |error: &PatternError| matches!(error, PatternError::OutOfRange { what, .. } if *what == "the radius of a sample");
+                assert!(
+                    matches!(&state, SamplingState::Failed(error) if too_far(error)),
+                    "{unit}: {state:?}"
+                );
+            }
+        }
+    }
 }
 
 #[test]

@@ -17,6 +17,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod grids;
 mod metrics;
 mod picture;
 mod plots;
@@ -47,8 +48,8 @@ struct Args {
     /// An OBJ, PLY or STL file, or `rect:WxH` for a rectangle from (0, 0) to (W, H).
     #[arg(value_parser = parse_ground)]
     ground: Ground,
-    /// What samples follow: `iso`, `axis:X,Y,Z`, `curvature` (meshes), `vortex`, `wavy`, `graded`, `stress`, `image` and
-    /// `volume` (rectangles), or `file:PATH` with one line `xx yy zz xy xz yz` of M per vertex of the mesh file, used as given.
+    /// What samples follow: `iso`, `axis:X,Y,Z`, `curvature` (meshes), `vortex`, `wavy`, `graded`, `stress`, `image`,
+    /// `volume`, `vectors` and `vertices` (rectangles), or `file:PATH` with one line `xx yy zz xy xz yz` of M per vertex of the mesh file, used as given.
     #[arg(long, default_value = "iso", value_parser = metrics::parse)]
     metric: MetricArg,
     /// Long axis over short axis of a sample, 1 or more [default: 4 along an axis or curvature, 10 of a vortex and waves]

@@ -5,12 +5,11 @@ use bevy::{
     prelude::*,
 };
 use bevy_field_patterns::{
-    error::PatternError,
     field::{DirectionField, Principal},
     sampling::{
         Metric, MetricSource, SpaceFunction,
-        metric::{EigenvalueMapping, MetricVolume, Slice, Structure, metric_of_pixels, planar_ellipse},
-        planar::{MetricGrid, PlanarMetric},
+        metric::{EigenvalueMapping, planar_ellipse},
+        planar::PlanarMetric,
     },
 };
 use glam_matrix_extras::{SymmetricDMat2, SymmetricDMat3, SymmetricMat3};
@@ -20,6 +19,7 @@ use std::{
     sync::Arc,
 };
 
+use super::grids::Grid;
 use crate::common::mesh_file::{RawMesh, read_rows};
 
 #[derive(Clone)]
@@ -28,7 +28,7 @@ pub enum MetricArg {
     Axis(Dir3),
     Curvature,
     Planar(Planar),
-    Scalars(Scalars),
+    Grid(Grid),
     File(PathBuf),
 }
 
@@ -43,15 +43,6 @@ pub enum Planar {
     Graded,
     /// The stress under a load at the middle of the upper side: tensors, whose eigenvalues become lengths.
     Stress,
-}
-
-/// Metrics of scalars, in a rectangle.
-#[derive(Debug, Clone, Copy)]
-pub enum Scalars {
-    /// An image of rings around the lower left corner.
-    Image,
-    /// A slice through a volume of spherical shells.
-    Volume,
 }
 
 pub fn parse(text: &str) -> Result<MetricArg, String> {
@@ -73,18 +64,20 @@ pub fn parse(text: &str) -> Result<MetricArg, String> {
         "wavy" => MetricArg::Planar(Planar::Wavy),
         "graded" => MetricArg::Planar(Planar::Graded),
         "stress" => MetricArg::Planar(Planar::Stress),
-        "image" => MetricArg::Scalars(Scalars::Image),
-        "volume" => MetricArg::Scalars(Scalars::Volume),
+        "image" => MetricArg::Grid(Grid::Image),
+        "volume" => MetricArg::Grid(Grid::Volume),
+        "vectors" => MetricArg::Grid(Grid::Vectors),
+        "vertices" => MetricArg::Grid(Grid::Vertices),
         _ => {
             return Err(
-                "expected iso, axis:X,Y,Z, curvature, vortex, wavy, graded, stress, image, volume or file:PATH".into(),
+                "expected iso, axis:X,Y,Z, curvature, vortex, wavy, graded, stress, image, volume, vectors, vertices or file:PATH".into(),
             );
         }
     })
 }
 
 /// Ratio along an axis or a curvature, where none is given.
-const RATIO: f32 = 4.0;
+pub const RATIO: f32 = 4.0;
 /// Ratio of a vortex and of waves, where none is given.
 const PLANAR_RATIO: f32 = 10.0;
 
@@ -119,50 +112,6 @@ impl Planar {
     }
 }
 
-impl Scalars {
-    /// The metric on a grid over the rectangle from the origin to `sides`.
-    fn grid(self, ratio: f32, sides: DVec2) -> Result<MetricGrid, PatternError> {
-        const SIDE: u32 = 96;
-        let structure = Structure { ratio, ..default() };
-        let wave = |r: f32| 0.5 + 0.5 * (12.0 * r).sin();
-        let at = |i: u32| i as f32 / (SIDE - 1) as f32;
-        let bounds = (DVec2::ZERO, sides);
-        match self {
-            Self::Image => {
-                let pixels: Vec<Vec3> = (0..SIDE * SIDE)
-                    .map(|k| Vec3::splat(wave(Vec2::new(at(k % SIDE), at(k / SIDE)).length())))
-                    .collect();
-                let metrics = metric_of_pixels(&pixels, UVec2::splat(SIDE), &structure);
-                MetricGrid::new(
-                    bounds,
-                    UVec2::splat(SIDE),
-                    metrics.iter().map(|m| m.as_symmetric_mat2()).collect(),
-                )
-            }
-            Self::Volume => {
-                const DEPTH: u32 = 40;
-                let node = |i: u32| i as f32 / (DEPTH - 1) as f32;
-                let voxels: Vec<f32> = (0..DEPTH.pow(3))
-                    .map(|k| {
-                        let p = Vec3::new(node(k % DEPTH), node(k / DEPTH % DEPTH), node(k / DEPTH.pow(2)));
-                        wave((p - 0.5).length())
-                    })
-                    .collect();
-                let volume =
-                    MetricVolume::from_scalars(Vec3::ZERO, Vec3::ONE, UVec3::splat(DEPTH), &voxels, &structure)?;
-                let slice = Slice {
-                    origin: Vec3::new(0.0, 0.0, 0.3),
-                    u: Dir3::X,
-                    v: Dir3::Y,
-                };
-                MetricGrid::bake(bounds, UVec2::splat(SIDE), &|p: DVec2| {
-                    volume.on_slice(&slice, p / sides)
-                })
-            }
-        }
-    }
-}
-
 /// The metric of the rectangle from the origin to `sides`.
 pub fn in_rectangle(
     metric: &MetricArg,
@@ -181,10 +130,8 @@ pub fn in_rectangle(
             Box::new(move |_| m)
         }
         MetricArg::Planar(planar) => Box::new(move |p| planar.at(p / sides, formula)),
-        MetricArg::Scalars(scalars) => {
-            let grid = scalars
-                .grid(ratio.unwrap_or(RATIO), sides)
-                .map_err(|error| error.to_string())?;
+        MetricArg::Grid(grid) => {
+            let grid = grid.bake(ratio, sides).map_err(|error| error.to_string())?;
             Box::new(move |p| grid.at(p))
         }
         MetricArg::Curvature => return Err("--metric curvature: a rectangle has none".into()),
@@ -219,7 +166,7 @@ pub fn on_mesh(
                 in_space(&planar.at(unit, formula)).as_symmetric_mat3()
             })))
         }
-        MetricArg::Scalars(_) => return Err("--metric image, volume: these are for a rectangle".into()),
+        MetricArg::Grid(_) => return Err("--metric image, volume, vectors, vertices: these are for a rectangle".into()),
         MetricArg::File(path) => {
             let rows = read_rows::<6>(path, mesh.positions.len()).map_err(|error| error.to_string())?;
             let matrices: Arc<[SymmetricMat3]> = rows
@@ -239,7 +186,7 @@ pub fn on_mesh(
 }
 
 /// A metric of the plane, in space: along z as the geometric mean.
-fn in_space(m: &SymmetricDMat2) -> SymmetricDMat3 {
+pub fn in_space(m: &SymmetricDMat2) -> SymmetricDMat3 {
     SymmetricDMat3::new(m.m00, m.m01, 0.0, m.m11, 0.0, m.determinant().sqrt())
 }
 

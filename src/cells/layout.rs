@@ -122,13 +122,15 @@ impl Site {
             .reject_from_normalized(normal)
             .normalize_or(normal.any_orthonormal_vector());
         let t = normal.cross(s);
-        let (ms, mt) = (metric * s, metric * t);
-        let (a, b, c) = (s.dot(ms), s.dot(mt), t.dot(mt));
+        // The product of two eigenvalues is not within single precision where radii are beyond 1e9.
+        let metric = metric.as_symmetric_dmat3();
+        let [u, v] = [s, t].map(Vec3::as_dvec3);
+        let (a, b, c) = (u.dot(metric * u), u.dot(metric * v), v.dot(metric * v));
         let (mean, half, radius) = (0.5 * (a + c), 0.5 * (a - c), (0.5 * (a - c)).hypot(b));
         // The angle of the large eigenvalue is atan2(b, half) / 2; the long axis is orthogonal to it.
         let round = radius <= 1e-6 * mean;
         let angle = if round { 0.0 } else { 0.5 * (-b).atan2(-half) };
-        let mut e1 = s * angle.cos() + t * angle.sin();
+        let mut e1 = s * angle.cos() as f32 + t * angle.sin() as f32;
         if e1.dot(towards) < 0.0 {
             e1 = -e1;
         }
@@ -138,10 +140,10 @@ impl Site {
         let k = (small * large).powf(-0.25);
         Self {
             position: position.to_array(),
-            k,
-            major: (e1 * small.sqrt()).to_array(),
+            k: k as f32,
+            major: (e1 * small.sqrt() as f32).to_array(),
             pad: 0.0,
-            minor: (normal.cross(e1) * large.sqrt()).to_array(),
+            minor: (normal.cross(e1) * large.sqrt() as f32).to_array(),
             pad_2: 0.0,
         }
     }

@@ -38,7 +38,8 @@ pub struct DrawCells;
 ///
 /// # Errors
 /// [`SampleLists`](PatternError::SampleLists), [`SampleIndex`](PatternError::SampleIndex),
-/// [`NotFinite`](PatternError::NotFinite) and [`NotPositive`](PatternError::NotPositive).
+/// [`OutOfRange`](PatternError::OutOfRange) of radii, [`NotFinite`](PatternError::NotFinite) and
+/// [`NotPositive`](PatternError::NotPositive).
 pub fn check_samples(set: &SampleSet) -> Result<(), PatternError> {
     let n = set.len();
     let lists = [
@@ -65,6 +66,7 @@ pub fn check_samples(set: &SampleSet) -> Result<(), PatternError> {
     }
     check_indices("neighbour", &set.neighbors, n)?;
     check_indices("seed", set.seeds.as_flattened(), n)?;
+    set.check_radii()?;
     let finite = |i: usize| set.positions[i].is_finite() && set.normals[i].is_finite() && set.metrics[i].is_finite();
     if let Some(index) = (0..n).find(|&i| !finite(i)) {
         return Err(PatternError::NotFinite { what: "sample", index });

@@ -3,6 +3,15 @@
 //! A style is what a user sets; what the shaders bind is another struct, made by `binding()`, so that the shared buffers
 //! are no fields that a user has to carry along.
 
+use bevy::{mesh::MeshVertexBufferLayoutRef, prelude::*, render::render_resource::SpecializedMeshPipelineError};
+
+/// Refuses a mesh without positions, which is then not drawn: prepasses and shadows ask for positions without looking, and
+/// the pipeline that lacks them would stop the renderer.
+pub(super) fn need_positions(layout: &MeshVertexBufferLayoutRef) -> Result<(), SpecializedMeshPipelineError> {
+    layout.0.get_layout(&[Mesh::ATTRIBUTE_POSITION.at_shader_location(0)])?;
+    Ok(())
+}
+
 /// Implements `AsBindGroup` by that of what the style binds. The style has `key()` and `binding()`.
 macro_rules! bind_as {
     ($style:ty => $binding:ty, $key:ty, $label:literal) => {

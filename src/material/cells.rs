@@ -6,7 +6,7 @@
 
 use super::{
     BorderWidth, CellDebug, CellFill, CellShape, CellTexture, MAX_PALETTE, TileChoice,
-    binding::{bind_as, pattern_shaders},
+    binding::{bind_as, need_positions, pattern_shaders},
 };
 use crate::cells::layout::{CELL_BUFFER, SITE_BUFFER};
 use bevy::{
@@ -239,9 +239,10 @@ impl MaterialExtension for Cells {
     fn specialize(
         _: &MaterialExtensionPipeline,
         descriptor: &mut RenderPipelineDescriptor,
-        _: &MeshVertexBufferLayoutRef,
+        layout: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
+        need_positions(layout)?;
         let key = key.bind_group_data;
         if let Some(fragment) = &mut descriptor.fragment {
             fragment.shader_defs.extend(key.shader_defs());

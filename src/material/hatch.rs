@@ -191,7 +191,7 @@ impl MaterialExtension for Hatch {
     fn specialize(
         _: &MaterialExtensionPipeline,
         descriptor: &mut RenderPipelineDescriptor,
-        _: &MeshVertexBufferLayoutRef,
+        layout: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         let HatchKey {
@@ -207,7 +207,6 @@ impl MaterialExtension for Hatch {
             (lit, "HATCH_LIT"),
             (outline, "HATCH_OUTLINE"),
         ];
-        select_variant(descriptor, &variants);
-        Ok(())
+        select_variant(descriptor, layout, &variants)
     }
 }

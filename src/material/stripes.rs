@@ -289,7 +289,7 @@ impl MaterialExtension for Stripes {
     fn specialize(
         _: &MaterialExtensionPipeline,
         descriptor: &mut RenderPipelineDescriptor,
-        _: &MeshVertexBufferLayoutRef,
+        layout: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         let StripesKey {
@@ -305,8 +305,7 @@ impl MaterialExtension for Stripes {
             (image, "STRIPES_IMAGE"),
             (debug, "STRIPES_DEBUG"),
         ];
-        select_variant(descriptor, &variants);
-        Ok(())
+        select_variant(descriptor, layout, &variants)
     }
 }
 

@@ -3,16 +3,19 @@
 //! In: materials that extend [`StandardMaterial`] by a [`WaveStyle`]. Out: what a style asks of an entity's pattern, told to
 //! the solver as [`StyleNeeds`], and bases that may discard where a style cuts out, drawn forward where it needs the light.
 
-use super::{Focus, FocusSource, PatternMaterialPlugin, focus_source::carry_focus, numbers::put_right};
+use super::{
+    Focus, FocusSource, PatternMaterialPlugin, binding::need_positions, focus_source::carry_focus, numbers::put_right,
+};
 use crate::{field::DirectionField, wave::StyleNeeds};
 use bevy::{
     asset::AssetEventSystems,
     material::OpaqueRendererMethod,
+    mesh::MeshVertexBufferLayoutRef,
     pbr::{ExtendedMaterial, MaterialExtension},
     platform::collections::HashMap,
     prelude::*,
     reflect::Reflectable,
-    render::render_resource::RenderPipelineDescriptor,
+    render::render_resource::{RenderPipelineDescriptor, SpecializedMeshPipelineError},
 };
 use std::{fmt::Debug, marker::PhantomData};
 
@@ -52,12 +55,18 @@ impl<S: WaveStyle> SceneStyle for S {
     }
 }
 
-/// Adds shader definitions to a fragment shader, those that are true.
-pub(super) fn select_variant(descriptor: &mut RenderPipelineDescriptor, variants: &[(bool, &'static str)]) {
+/// Adds shader definitions to a fragment shader, those that are true, over a mesh that can be drawn.
+pub(super) fn select_variant(
+    descriptor: &mut RenderPipelineDescriptor,
+    layout: &MeshVertexBufferLayoutRef,
+    variants: &[(bool, &'static str)],
+) -> Result<(), SpecializedMeshPipelineError> {
+    need_positions(layout)?;
     if let Some(fragment) = &mut descriptor.fragment {
         let selected = variants.iter().filter(|variant| variant.0);
         fragment.shader_defs.extend(selected.map(|variant| variant.1.into()));
     }
+    Ok(())
 }
 
 /// Carries the needs of a style to entities, and keeps its buffers and its masks up to date.

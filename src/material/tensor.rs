@@ -283,11 +283,10 @@ impl MaterialExtension for Tensor {
     fn specialize(
         _: &MaterialExtensionPipeline,
         descriptor: &mut RenderPipelineDescriptor,
-        _: &MeshVertexBufferLayoutRef,
+        layout: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         let variants = [(true, "PATTERN_TENSOR"), (key.bind_group_data.cutout, "PATTERN_CUTOUT")];
-        select_variant(descriptor, &variants);
-        Ok(())
+        select_variant(descriptor, layout, &variants)
     }
 }

@@ -302,7 +302,7 @@ impl MaterialExtension for PatternTexture {
     fn specialize(
         _: &MaterialExtensionPipeline,
         descriptor: &mut RenderPipelineDescriptor,
-        _: &MeshVertexBufferLayoutRef,
+        layout: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         let key = key.bind_group_data;
@@ -316,8 +316,7 @@ impl MaterialExtension for PatternTexture {
             (key.color, "TEXTURE_COLOR"),
             (key.patches, "TEXTURE_PATCHES"),
         ];
-        select_variant(descriptor, &variants);
-        Ok(())
+        select_variant(descriptor, layout, &variants)
     }
 }
 

@@ -400,8 +400,9 @@ fn start(
                 if let Some(steps) = samples.steps {
                     options.steps = steps;
                 }
-                let samples = sample_plane(&domain, &metric, &options, &progress)?;
-                Ok(samples.set())
+                let set = sample_plane(&domain, &metric, &options, &progress)?.set();
+                set.check_radii()?;
+                Ok(set)
             })))
         }
     }

@@ -1,5 +1,6 @@
 //! The result of sampling.
 
+use crate::error::PatternError;
 use bevy::prelude::*;
 use glam_matrix_extras::SymmetricMat3;
 
@@ -56,5 +57,19 @@ impl SampleSet {
     pub fn distance_squared(&self, i: usize, point: Vec3) -> f32 {
         let r = point - self.positions[i];
         r.dot(self.metrics[i] * r)
+    }
+
+    /// Whether 1/r² of every sample is within single precision, with room for long ellipses: metrics, and what shaders
+    /// compute of them.
+    pub(crate) fn check_radii(&self) -> Result<(), PatternError> {
+        let radius = |m: &SymmetricMat3| (3.0 / (f64::from(m.m00) + f64::from(m.m11) + f64::from(m.m22))).sqrt() as f32;
+        match self.metrics.iter().map(radius).find(|r| *r < 1e-16 || *r > 1e16) {
+            Some(value) => Err(PatternError::OutOfRange {
+                what: "the radius of a sample",
+                value,
+                expected: "1e-16 to 1e16; scale the mesh or the plane",
+            }),
+            None => Ok(()),
+        }
     }
 }

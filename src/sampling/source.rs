@@ -59,6 +59,8 @@ pub enum MetricSource {
         ratio: f32,
     },
     /// Ellipses along vectors, longer where the vectors are longer. On surfaces.
+    ///
+    #[doc = include_str!("../../docs/images/metric_vectors.svg")]
     Vectors {
         /// One vector per vertex of the mesh, in the mesh's order and space. Circles where it vanishes.
         vectors: Arc<[Vec3]>,
@@ -93,6 +95,8 @@ pub enum MetricSource {
         structure: Structure,
     },
     /// Metrics M of space, one per vertex of the mesh in the mesh's order; projected onto the surface (Eq. 4, 5).
+    ///
+    #[doc = include_str!("../../docs/images/metric_vertices.svg")]
     Vertices(Arc<[SymmetricMat3]>),
     /// A metric M of space, symmetric and positive definite, at any point: an analytic one, or a
     /// [`MetricVolume`](super::metric::MetricVolume). Projected onto the surface or the plane.

@@ -4,27 +4,45 @@
 //! opposite corners a and d is violated where the angles at a and d sum to more than π, both measured in
 //! `M = M_a + M_b + M_c + M_d`. One metric for both diagonals: so an edge cannot flip to and fro. (Eq. 2, with M for its
 //! inverse.)
+//!
+//! That flips end is a theorem for one metric. Where M changes much from sample to sample they can go in a circle: of the
+//! five triangulations of a pentagon each may have a violated edge. Such a *knot* is left with the edge that is violated
+//! least, and its samples are told to the caller, who can put them elsewhere.
 
 use super::{
     metric::{det, dot},
-    triangulation::{Side, Triangulation, Vertex, next, previous},
+    triangulation::{Place, Side, Triangulation, Vertex, next, previous},
 };
+use glam_matrix_extras::SymmetricDMat2;
 
 /// Flips after which the star of an inserted vertex is left as it is.
 const STAR_CAP: usize = 256;
-/// Flips per triangle after which a triangulation is left as it is. The theorem that flips end holds for one metric only.
-const CAP: usize = 20;
+/// Flips of a triangle that any violation is worth. From then on it must be larger, by the sum of the cotangents of the two
+/// angles: at first by [`SLACK`], then [`GROWTH`] times as much with every flip.
+const FREE_FLIPS: u8 = 20;
+const SLACK: f64 = 1e-3;
+const GROWTH: f64 = 2.0;
 /// By how much the angles must be violated, relative to the trace of the metric.
 const EPSILON: f64 = 1e-9;
 
 /// α + β > π without trigonometry: ⟨v,w⟩ G' + ⟨v',w'⟩ G < 0 with G = |v × w|; and the flip leaves no triangle turned over.
 #[inline]
-fn violated(a: &Vertex, b: &Vertex, c: &Vertex, d: &Vertex) -> bool {
+fn violated(quad: [&Vertex; 4]) -> bool {
+    exceeds(quad, |m| EPSILON * (m.m00 + m.m11))
+}
+
+/// Whether cot α + cot β < -slack.
+fn violated_by(quad: [&Vertex; 4], slack: f64) -> bool {
+    exceeds(quad, |m| slack * det(m).sqrt())
+}
+
+#[inline(always)]
+fn exceeds([a, b, c, d]: [&Vertex; 4], least: impl Fn(&SymmetricDMat2) -> f64) -> bool {
     let m = (a.m + b.m) + (c.m + d.m);
     let (v, w) = (b.p - a.p, c.p - a.p);
     let (v1, w1) = (c.p - d.p, b.p - d.p);
     let (g, g1) = (v.perp_dot(w), v1.perp_dot(w1));
-    dot(&m, v, w) * g1 + dot(&m, v1, w1) * g < -EPSILON * (m.m00 + m.m11) * g * g1 && convex(a, b, c, d)
+    dot(&m, v, w) * g1 + dot(&m, v1, w1) * g < -least(&m) * g * g1 && convex(a, b, c, d)
 }
 
 /// Whether both triangles have an area after the flip of b-c to a-d.
@@ -35,17 +53,6 @@ pub(super) fn convex(a: &Vertex, b: &Vertex, c: &Vertex, d: &Vertex) -> bool {
 }
 
 impl Triangulation {
-    /// Whether `side` is no border and violated.
-    #[inline]
-    pub(super) fn is_violated(&self, side: Side) -> bool {
-        let beyond = self.triangles[side.triangle()].n[side.k()];
-        if beyond == Side::NONE {
-            return false;
-        }
-        let [a, b, c, d] = self.quad(side, beyond);
-        violated(a, b, c, d)
-    }
-
     /// The corners a, b, c of a triangle from that opposite to `side`, and d beyond it.
     #[inline(always)]
     pub(super) fn quad(&self, side: Side, beyond: Side) -> [&Vertex; 4] {
@@ -67,7 +74,7 @@ impl Triangulation {
             let beyond = self.triangles[side.triangle()].n[0];
             if beyond != Side::NONE && flips < STAR_CAP {
                 let d = self.vertices[self.triangles[beyond.triangle()].v[beyond.k()] as usize];
-                if violated(&a, &b, &c, &d) {
+                if violated([&a, &b, &c, &d]) {
                     let other = self.flip(side);
                     flips += 1;
                     stack.push(side);
@@ -82,10 +89,10 @@ impl Triangulation {
         self.stack = stack;
     }
 
-    /// Flips all violated edges. Returns the number of flips.
-    pub(super) fn flip_violated(&mut self) -> usize {
-        let cap = CAP * self.triangles.len();
-        let mut flips = 0;
+    /// Flips violated edges until there are none but knots. Returns the free vertices of those.
+    pub(super) fn flip_violated(&mut self) -> Vec<u32> {
+        let mut flips = vec![0_u8; self.triangles.len()];
+        let mut knots = Vec::new();
         let mut stack = std::mem::take(&mut self.stack);
         for t in 0..self.triangles.len() {
             for k in 0..3 {
@@ -96,15 +103,42 @@ impl Triangulation {
                 }
                 stack.push(Side::new(t as u32, k));
                 while let Some(side) = stack.pop() {
-                    if flips < cap && self.is_violated(side) {
-                        let (t, u) = (side.triangle() as u32, self.flip(side));
-                        flips += 1;
-                        stack.extend([Side::new(t, 0), Side::new(t, 2), Side::new(u, 0), Side::new(u, 1)]);
+                    let beyond = self.triangles[side.triangle()].n[side.k()];
+                    if beyond == Side::NONE || !violated(self.quad(side, beyond)) {
+                        continue;
                     }
+                    let more = flips[side.triangle()]
+                        .max(flips[beyond.triangle()])
+                        .checked_sub(FREE_FLIPS);
+                    if more.is_some_and(|more| !violated_by(self.quad(side, beyond), SLACK * GROWTH.powi(more.into())))
+                    {
+                        knots.push(side);
+                        continue;
+                    }
+                    let (t, u) = (side.triangle() as u32, self.flip(side));
+                    flips[t as usize] = flips[t as usize].saturating_add(1);
+                    flips[u as usize] = flips[u as usize].saturating_add(1);
+                    stack.extend([Side::new(t, 0), Side::new(t, 2), Side::new(u, 0), Side::new(u, 1)]);
                 }
             }
         }
         self.stack = stack;
-        flips
+        self.free_corners(&knots)
+    }
+
+    /// The free corners of the triangles at those sides that are still violated.
+    fn free_corners(&self, sides: &[Side]) -> Vec<u32> {
+        let mut free = Vec::new();
+        for &side in sides {
+            let beyond = self.triangles[side.triangle()].n[side.k()];
+            if beyond != Side::NONE && violated(self.quad(side, beyond)) {
+                let corners = [side, beyond].map(|side| self.triangles[side.triangle()].v);
+                free.extend(corners.as_flattened());
+            }
+        }
+        free.retain(|&v| self.places[v as usize] == Place::Free);
+        free.sort_unstable();
+        free.dedup();
+        free
     }
 }

@@ -31,6 +31,8 @@ const LOOKUPS: f64 = 8192.0;
 const CROWDED: f64 = 0.5 * HEX_DISTANCE;
 /// How often that is tried.
 const CLEANUPS: u32 = 4;
+/// How often knots of flips are looked for: a sample that was put elsewhere may tie another one.
+const UNTYINGS: u32 = 16;
 /// After these steps of relaxation holes are filled, where so many steps follow.
 const HOLE_STEPS: [u32; 3] = [2, 4, 6];
 const REST: u32 = 4;
@@ -254,18 +256,40 @@ impl Sampler<'_> {
         Ok((done, if done > 0 { rms } else { 0.0 }))
     }
 
-    /// Puts samples that are crowded into the largest triangles, so that the count stays.
+    /// Puts samples that are crowded, and those of knots of flips, into the largest triangles, so that the count stays.
     pub(super) fn clean_up(&mut self) -> Result<(), PatternError> {
-        let count = self.mesh.vertices.len();
         for _ in 0..CLEANUPS {
-            let crowded = self.mesh.crowded(CROWDED);
-            if self.mesh.remove(&crowded).is_none() {
+            let mut misplaced = self.mesh.flip_violated();
+            misplaced.extend(self.mesh.crowded(CROWDED));
+            if self.put_elsewhere(&misplaced)?.is_none() {
                 break;
             }
+        }
+        Ok(())
+    }
+
+    /// Unties knots of flips: their samples are put elsewhere. `kept` is told the former indices of the others.
+    pub(super) fn untie(&mut self, mut kept: impl FnMut(Vec<u32>)) -> Result<(), PatternError> {
+        for _ in 0..UNTYINGS {
+            let knots = self.mesh.flip_violated();
+            match self.put_elsewhere(&knots)? {
+                Some(others) => kept(others),
+                None => break,
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes samples out and inserts as many into the largest triangles. Returns the former indices of those left, which
+    /// are the first ones, or nothing where nothing has changed.
+    fn put_elsewhere(&mut self, samples: &[u32]) -> Result<Option<Vec<u32>>, PatternError> {
+        let count = self.mesh.vertices.len();
+        let kept = self.mesh.remove(samples);
+        if kept.is_some() {
             self.mesh.flip_violated();
             self.inserter.exactly(&mut self.mesh, count)?;
             self.mesh.flip_violated();
         }
-        Ok(())
+        Ok(kept)
     }
 }

@@ -147,6 +147,7 @@ impl SliceSampler {
                 adapt(&mut sampler, self.count, &mut tracks)?;
             }
         }
+        sampler.untie(|kept| keep(&mut tracks, &kept))?;
         sampler.rescale();
         self.scale = sampler.inserter.metric.scale;
         self.random = sampler.inserter.random;
@@ -220,11 +221,16 @@ fn adapt(sampler: &mut Sampler, count: usize, tracks: &mut Vec<Track>) -> Result
         sampler.inserter.insert(mesh, t, |_, _| ())?;
     }
     if let Some(kept) = mesh.remove(&changes.remove) {
-        let old = std::mem::take(tracks);
-        tracks.extend(kept.iter().filter_map(|&v| old.get(v as usize)));
+        keep(tracks, &kept);
     }
     mesh.flip_violated();
     sampler.inserter.exactly(mesh, count)
+}
+
+/// The tracks of the vertices that are left; those of new ones are missing.
+fn keep(tracks: &mut Vec<Track>, kept: &[u32]) {
+    let old = std::mem::take(tracks);
+    tracks.extend(kept.iter().filter_map(|&v| old.get(v as usize)));
 }
 
 /// Inserts a border sample in the middle of a border edge.

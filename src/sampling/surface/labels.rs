@@ -13,14 +13,25 @@ use crate::parallel;
 /// neighbours'. A sweep reads the labels of the one before, so that its result does not depend on the order.
 pub(super) fn exchange(mesh: &FineMesh, sites: &[Site], labels: &mut Vec<u32>, sweeps: usize) {
     let next: Vec<u32> = parallel::collect(mesh.len(), |v| best_label(mesh, sites, labels, v));
-    let mut changed: Vec<u32> = (0..mesh.len())
+    let changed: Vec<u32> = (0..mesh.len())
         .filter(|&v| next[v] != labels[v])
         .map(|v| v as u32)
         .collect();
     *labels = next;
+    exchange_around(mesh, sites, labels, changed, sweeps.saturating_sub(1));
+}
+
+/// [`exchange`] that begins at the neighbours of some vertices.
+pub(super) fn exchange_around(
+    mesh: &FineMesh,
+    sites: &[Site],
+    labels: &mut [u32],
+    mut changed: Vec<u32>,
+    sweeps: usize,
+) {
     let mut seen = vec![0_u32; mesh.len()];
     let mut around = Vec::new();
-    for sweep in 1..sweeps {
+    for sweep in 1..=sweeps {
         if changed.is_empty() {
             break;
         }
@@ -83,6 +94,28 @@ pub(super) fn claim(mesh: &FineMesh, sites: &[Site], labels: &mut [u32]) {
             labels[vertex as usize] = i as u32;
         }
     }
+}
+
+/// Gives parts of cells that are cut off from their site to the cells around.
+pub(super) fn connect(mesh: &FineMesh, sites: &[Site], labels: &mut [u32]) {
+    let mut reached = vec![false; mesh.len()];
+    let mut front: Vec<u32> = Vec::new();
+    for (site, i) in sites.iter().zip(0..) {
+        let corners = mesh.triangles[site.triangle as usize];
+        front.extend(corners.iter().filter(|&&v| labels[v as usize] == i));
+    }
+    front.iter().for_each(|&v| reached[v as usize] = true);
+    while let Some(v) = front.pop() {
+        for &w in mesh.neighbors(v as usize) {
+            if labels[w as usize] == labels[v as usize] && !std::mem::replace(&mut reached[w as usize], true) {
+                front.push(w);
+            }
+        }
+    }
+    let cut_off: Vec<usize> = (0..mesh.len()).filter(|&v| !reached[v]).collect();
+    cut_off.iter().for_each(|&v| labels[v] = NONE);
+    let around = cut_off.into_iter().flat_map(|v| mesh.neighbors(v)).copied().collect();
+    exchange_around(mesh, sites, labels, around, usize::MAX);
 }
 
 /// Moves sites that own no vertex to the vertices farthest from their sites, until every site owns one. Returns how many

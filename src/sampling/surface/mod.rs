@@ -140,7 +140,7 @@ const LAST: u32 = 2;
 /// # Errors
 /// [`WrongLength`](PatternError::WrongLength), [`NotFinite`](PatternError::NotFinite) and
 /// [`NotPositive`](PatternError::NotPositive) for bad metrics, [`OutOfRange`](PatternError::OutOfRange) for a count of 0 or
-/// above [`MAX_SAMPLES`] and a fill rate that is not above 0, [`Cancelled`](PatternError::Cancelled).
+/// above [`MAX_SAMPLES`], a fill rate that is not above 0 and radii that single precision has no 1/r² of, [`Cancelled`](PatternError::Cancelled).
 pub fn sample_surface(
     graph: &SurfaceGraph,
     metrics: &[SymmetricMat3],
@@ -316,6 +316,7 @@ impl Job<'_> {
         labels::exchange(&mesh, &sites, &mut labels, LAST_SWEEPS);
         labels::rescue(&mesh, &mut sites, &mut labels);
         let set = result::sample_set(self.graph, self.metrics, scale, &mesh, &sites, &labels);
+        set.check_radii()?;
         self.progress.report(1.0)?;
         Ok(SurfaceSamples {
             set,
