@@ -8,11 +8,13 @@ use bevy::{
     prelude::*,
 };
 use bevy_field_patterns::{material::SceneStyle, prelude::*, wave::SolverSettings};
+use std::sync::Arc;
 
 use crate::{
     common::{headless::ReadyChecks, scene::outline},
     model::{Model, Notice},
-    settings::{Field, Style, ViewerSettings, srgb},
+    settings::{Field, Style, ViewerSettings},
+    styles::{Ground, srgb},
 };
 
 /// Keeps the look of the model as the settings say.
@@ -22,32 +24,33 @@ impl Plugin for LookPlugin {
     fn build(&self, app: &mut App) {
         app.add_plugins(FieldPatternsPlugin)
             .init_resource::<FieldFile>()
-            .add_systems(Update, (set_solver, measure, set_scene, set_gaps).chain());
+            .add_systems(Update, (set_solver, measure, set_scene, set_scalars, set_gaps).chain());
         if let Some(mut checks) = app.world_mut().get_resource_mut::<ReadyChecks>() {
             checks.0.push(model_is_dressed);
         }
     }
 }
 
-/// Diagonal of the box around all meshes of a model, in world units, above 0.
+/// The box around all meshes of a model, in world units.
 #[derive(Component, Clone, Copy, PartialEq)]
-struct Diagonal(f32);
+struct Extent {
+    middle: Vec3,
+    /// Above 0.
+    diagonal: f32,
+}
 
 /// The field file read last, for it is long: path, vertices, and what was found.
 #[derive(Resource, Default)]
 struct FieldFile(Option<(PathBuf, Option<usize>, Result<DirectionField, String>)>);
 
 fn set_solver(settings: Res<ViewerSettings>, mut solver: ResMut<SolverSettings>) {
-    let cold_start = settings.method.cold_start();
-    if solver.cold_start != cold_start {
-        solver.cold_start = cold_start;
-    }
+    solver.set_if_neq(settings.solver.clone());
 }
 
 /// Measures a model whenever one of its meshes has arrived.
 fn measure(
     arrived: Query<(), Added<Aabb>>,
-    models: Query<(Entity, Option<&Diagonal>), With<Model>>,
+    models: Query<(Entity, Option<&Extent>), With<Model>>,
     children: Query<&Children>,
     parts: Query<(&Aabb, &GlobalTransform, &Mesh3d)>,
     meshes: Res<Assets<Mesh>>,
@@ -67,9 +70,12 @@ fn measure(
             continue;
         }
         let bounds = Aabb3d::from_point_cloud(Isometry3d::IDENTITY, points.into_iter());
-        let diagonal = Diagonal((2.0 * bounds.half_size().length()).max(f32::MIN_POSITIVE));
-        if known != Some(&diagonal) {
-            commands.entity(model).insert(diagonal);
+        let extent = Extent {
+            middle: bounds.center().into(),
+            diagonal: (2.0 * bounds.half_size().length()).max(f32::MIN_POSITIVE),
+        };
+        if known != Some(&extent) {
+            commands.entity(model).insert(extent);
         }
     }
 }
@@ -77,14 +83,14 @@ fn measure(
 /// Gives the model its pattern, or takes it away.
 fn set_scene(
     settings: Res<ViewerSettings>,
-    models: Query<(Entity, &Model, Ref<Diagonal>, Scenes)>,
+    models: Query<(Entity, &Model, Ref<Extent>, Scenes)>,
     assets: Res<AssetServer>,
     mut file: ResMut<FieldFile>,
     mut notice: ResMut<Notice>,
     mut commands: Commands,
 ) {
-    for (entity, model, diagonal, scenes) in &models {
-        if !settings.is_changed() && !diagonal.is_changed() {
+    for (entity, model, extent, scenes) in &models {
+        if !settings.is_changed() && !extent.is_changed() {
             continue;
         }
         let failed = matches!(&file.0, Some((.., Err(error))) if notice.0.as_ref() == Some(error));
@@ -98,28 +104,33 @@ fn set_scene(
         if failed {
             notice.0 = None;
         }
-        let frequency = settings.frequency / diagonal.0;
+        let frequency = settings.frequency / extent.diagonal;
         let base = PatternScene {
             field,
             symmetry: Some(settings.symmetry),
             space: PatternSpace::World,
+            pose: settings.pose,
             waves: settings.waves(),
             frequency: Frequency::Uniform(frequency),
             ..default()
         };
+        let ground = Ground {
+            is_vector: settings.symmetry == Symmetry::Vector,
+            waves: base.waves,
+            period: 1.0 / frequency.max(f32::MIN_POSITIVE),
+            focus: settings.focus.focus(extent.middle, extent.diagonal),
+        };
         let mut entity = commands.entity(entity);
         let style = settings.style;
-        let stripes = || settings.stripes(1.0 / frequency.max(f32::MIN_POSITIVE));
-        let is_stripes = !matches!(style, Style::Texture | Style::Hatch | Style::Plain);
-        give(&mut entity, &base, is_stripes.then(stripes), scenes.0);
-        let texture = (style == Style::Texture).then(|| settings.texture(&assets));
+        let is_stripes = !matches!(style, Style::Texture | Style::Hatch | Style::Tensor | Style::Plain);
+        let stripes = is_stripes.then(|| settings.stripes.look(&ground, style));
+        give(&mut entity, &base, stripes, scenes.0);
+        let texture = (style == Style::Texture).then(|| settings.texture.look(&ground, &assets));
         give(&mut entity, &base, texture, scenes.1);
-        give(
-            &mut entity,
-            &base,
-            (style == Style::Hatch).then(|| settings.hatch()),
-            scenes.2,
-        );
+        let hatch = (style == Style::Hatch).then(|| settings.hatch.look(&ground));
+        give(&mut entity, &base, hatch, scenes.2);
+        let tensor = (style == Style::Tensor).then(|| settings.tensor.look(&ground));
+        give(&mut entity, &base, tensor, scenes.3);
     }
 }
 
@@ -128,6 +139,7 @@ type Scenes = (
     Option<&'static StyledScene<Stripes>>,
     Option<&'static StyledScene<PatternTexture>>,
     Option<&'static StyledScene<Hatch>>,
+    Option<&'static StyledScene<Tensor>>,
 );
 
 /// Gives the model a scene of this style, or takes it away.
@@ -173,6 +185,39 @@ impl FieldFile {
             }
         }
     }
+}
+
+/// Gives every patterned mesh its height as a scalar, 0 at its lowest vertex and 1 at its highest. Of a tensor, whose
+/// eigenvalues are the scalars, it is taken away.
+fn set_scalars(
+    settings: Res<ViewerSettings>,
+    parts: Query<(Entity, &Mesh3d, Has<PatternScalars>), With<PatternState>>,
+    meshes: Res<Assets<Mesh>>,
+    mut commands: Commands,
+) {
+    for (entity, mesh, has_scalars) in &parts {
+        let wants_scalars = settings.field != Field::Tensor;
+        if has_scalars && !wants_scalars {
+            commands.entity(entity).remove::<PatternScalars>();
+        } else if !has_scalars
+            && wants_scalars
+            && let Some(heights) = meshes.get(&mesh.0).and_then(heights)
+        {
+            commands.entity(entity).insert(PatternScalars {
+                first: ScalarSource::Vertices(heights),
+                ..default()
+            });
+        }
+    }
+}
+
+fn heights(mesh: &Mesh) -> Option<Arc<[f32]>> {
+    let positions = mesh.attribute(Mesh::ATTRIBUTE_POSITION)?.as_float3()?;
+    let heights = || positions.iter().map(|[_, y, _]| *y);
+    let lowest = heights().fold(f32::MAX, f32::min);
+    let reach = heights().fold(f32::MIN, f32::max) - lowest;
+    let height = |y: f32| (y - lowest) / reach.max(f32::MIN_POSITIVE);
+    Some(heights().map(height).collect())
 }
 
 /// Gives the settings' colour to the material of a model whose file has none.

@@ -20,6 +20,7 @@ use crate::{
         shapes,
     },
     settings::{Field, ViewerSettings},
+    styles::add_stress,
 };
 
 /// Opens models.
@@ -33,7 +34,7 @@ impl Plugin for ModelPlugin {
         register_scene_types(app);
         app.add_message::<Open>()
             .init_resource::<Notice>()
-            .add_systems(Update, (take_dropped_files, open, watch_scene).chain());
+            .add_systems(Update, (take_dropped_files, open, watch_scene, play).chain());
         app.world_mut().write_message(self.open.clone());
     }
 }
@@ -50,7 +51,7 @@ pub enum Open {
         /// The mesh, in the order of its file.
         mesh: RawMesh,
     },
-    /// A glTF or GLB file, by its absolute path.
+    /// A glTF or GLB file, by its absolute path or by that in the folder of assets.
     Scene(PathBuf),
 }
 
@@ -132,6 +133,8 @@ fn open(
             perceptual_roughness: 0.45,
             ..default()
         });
+        let mut mesh = mesh_file::to_bevy_mesh(raw);
+        add_stress(&mut mesh);
         commands.spawn((
             Subject,
             Model {
@@ -139,7 +142,7 @@ fn open(
                 vertices: Some(raw.positions.len()),
                 material: Some(material.clone()),
             },
-            Mesh3d(meshes.add(mesh_file::to_bevy_mesh(raw))),
+            Mesh3d(meshes.add(mesh)),
             MeshMaterial3d(material),
         ));
     };
@@ -159,6 +162,24 @@ fn open(
                 WorldAssetRoot(scene),
             ));
         }
+    }
+}
+
+/// Plays the first animation of a scene that has one.
+fn play(
+    mut players: Query<(Entity, &mut AnimationPlayer), Added<AnimationPlayer>>,
+    scene: Query<&WorldAssetRoot, With<Model>>,
+    server: Res<AssetServer>,
+    mut graphs: ResMut<Assets<AnimationGraph>>,
+    mut commands: Commands,
+) {
+    let path = scene.iter().next().and_then(|root| server.get_path(&root.0));
+    let Some(path) = path else { return };
+    for (entity, mut player) in &mut players {
+        let clip = server.load(GltfAssetLabel::Animation(0).from_asset(path.without_label().into_owned()));
+        let (graph, node) = AnimationGraph::from_clip(clip);
+        player.play(node).repeat();
+        commands.entity(entity).insert(AnimationGraphHandle(graphs.add(graph)));
     }
 }
 

@@ -7,14 +7,16 @@ use std::{
 };
 
 use bevy::prelude::*;
-use bevy_field_patterns::{
-    field::Principal,
-    prelude::*,
-    wave::solver::{ColdStart, LocalRule},
-};
+use bevy_field_patterns::prelude::*;
 use clap::ValueEnum;
 
-use crate::common::{gltf::FIELD_ATTRIBUTE, mesh_file::read_field};
+use crate::{
+    common::{
+        gltf::{FIELD_ATTRIBUTE, TENSOR_DIAGONAL_ATTRIBUTE, TENSOR_OFFDIAGONAL_ATTRIBUTE},
+        mesh_file::read_field,
+    },
+    styles::{HatchSettings, StripeSettings, TensorSettings, TextureSettings},
+};
 
 /// The settings of the pattern on the model.
 #[derive(Resource, Clone, Debug, PartialEq)]
@@ -25,92 +27,32 @@ pub struct ViewerSettings {
     pub symmetry: Symmetry,
     /// Stripes per diagonal of the model's bounding box, [`FREQUENCIES`](Self::FREQUENCIES). Default 40.
     pub frequency: f32,
-    /// What is drawn.
-    pub style: Style,
-    /// Share of a period that is stripe, 0 to 1. Default 0.5.
-    pub duty: f32,
-    /// Softness of a stripe's edges: 0 (sharp as a pixel) to 1 (a sine). Default 0.
-    pub softness: f32,
-    /// Shape of a stripe across its period.
-    pub shape: Shape,
-    /// Colour of the stripes, sRGB.
-    pub stripe_color: [u8; 3],
-    /// Colour of the gaps, sRGB; a glTF file has colours of its own.
-    pub gap_color: [u8; 3],
-    /// Height of a stripe above the gap, in periods; negative engraves. Default 0.
-    pub bump: f32,
-    /// How fast the pattern travels, in periods per second; only along vectors. Default 0.
-    pub speed: f32,
+    /// Whether the pattern keeps its spacing while a skin or morph targets deform the model.
+    pub pose: PatternPose,
     /// How many waves there are.
     pub waves: WaveCount,
-    /// Share of ink of the darkest hatching, 0 to 1. Default 0.85.
-    pub darkness: f32,
-    /// Width of a hatching stroke as a share of the distance of strokes, 0.01 to 1. Default 0.25.
-    pub stroke: f32,
-    /// What darker hatching has more of: 0 wider strokes, 1 more strokes. Default 0.6.
-    pub density: f32,
-    /// Width of the hatching's outline in pixels, 0 for none. Default 2.
-    pub outline: f32,
-    /// How the solver starts.
-    pub method: Method,
+    /// What is drawn.
+    pub style: Style,
+    /// Colour between stripes, sRGB; a glTF file has colours of its own.
+    pub gap_color: [u8; 3],
+    /// Of stripes, cut-outs and debug looks.
+    pub stripes: StripeSettings,
+    /// Of textures.
+    pub texture: TextureSettings,
+    /// Of hatching.
+    pub hatch: HatchSettings,
+    /// Of a tensor's stripes.
+    pub tensor: TensorSettings,
+    /// Where the style applies.
+    pub focus: FocusSettings,
+    /// How waves are solved.
+    pub solver: SolverSettings,
 }
 
 impl ViewerSettings {
     /// Frequencies that the panel's slider offers.
     pub const FREQUENCIES: std::ops::RangeInclusive<f32> = 2.0..=200.0;
-}
 
-impl Default for ViewerSettings {
-    fn default() -> Self {
-        Self {
-            field: Field::default(),
-            symmetry: Field::default().symmetry(),
-            frequency: 40.0,
-            style: Style::default(),
-            duty: 0.5,
-            softness: 0.0,
-            shape: Shape::default(),
-            stripe_color: [16, 38, 92],
-            gap_color: [242, 237, 224],
-            bump: 0.0,
-            speed: 0.0,
-            waves: WaveCount::default(),
-            darkness: 0.85,
-            stroke: 0.25,
-            density: 0.6,
-            outline: 2.0,
-            method: Method::default(),
-        }
-    }
-}
-
-impl ViewerSettings {
-    /// The look of the stripes, where one period is `period` world units wide.
-    pub fn stripes(&self, period: f32) -> Stripes {
-        // What needs the phase itself is left out where a field of lines does not have one.
-        let is_vector = self.symmetry == Symmetry::Vector;
-        Stripes {
-            color: srgb(self.stripe_color).into(),
-            duty: self.duty,
-            softness: self.softness,
-            profile: match self.shape {
-                Shape::Sine => Profile::Sine,
-                Shape::Sawtooth if is_vector => Profile::Sawtooth,
-                Shape::Sawtooth | Shape::Square => Profile::Square,
-            },
-            phase_speed: if is_vector { self.speed } else { 0.0 },
-            drive: PatternDrive {
-                bump: self.bump * period,
-                ..default()
-            },
-            cutout: self.style == Style::Cutout,
-            debug: self.style.debug(),
-            ..default()
-        }
-    }
-}
-
-impl ViewerSettings {
     /// The waves of the pattern: a texture takes two.
     pub fn waves(&self) -> Waves {
         match self.waves {
@@ -120,47 +62,70 @@ impl ViewerSettings {
             WaveCount::Cross => Waves::Cross,
         }
     }
+}
 
-    /// The file of an image that the field allows.
-    fn image(&self) -> &'static str {
-        match (self.waves(), self.symmetry) {
-            (Waves::Cross, _) => "textures/tiles.png",
-            (_, Symmetry::Line) => "textures/weave.png",
-            (_, Symmetry::Vector) => "textures/arrow.png",
-        }
-    }
-
-    /// The look of a texture.
-    pub fn texture(&self, assets: &AssetServer) -> PatternTexture {
-        let moves = self.symmetry == Symmetry::Vector && self.waves() != Waves::Cross;
-        // The arrow is white.
-        let tint = if moves { srgb(self.stripe_color) } else { Color::WHITE };
-        PatternTexture {
-            image: assets.load(self.image()),
-            tint: tint.into(),
-            travel: Travel::Periods(if moves { self.speed } else { 0.0 }),
-            ..default()
-        }
-    }
-
-    /// The look of hatching.
-    pub fn hatch(&self) -> Hatch {
-        Hatch {
-            darkest: self.darkness,
-            strokes: HatchStrokes {
-                width: self.stroke,
-                density: self.density,
-                ..default()
-            },
-            outline: HatchOutline::solid(self.outline),
-            ..default()
+impl Default for ViewerSettings {
+    fn default() -> Self {
+        Self {
+            field: Field::default(),
+            symmetry: Field::default().symmetry(),
+            frequency: 40.0,
+            pose: PatternPose::default(),
+            waves: WaveCount::default(),
+            style: Style::default(),
+            gap_color: [242, 237, 224],
+            stripes: StripeSettings::default(),
+            texture: TextureSettings::default(),
+            hatch: HatchSettings::default(),
+            tensor: TensorSettings::default(),
+            focus: FocusSettings::default(),
+            solver: SolverSettings::default(),
         }
     }
 }
 
-/// A colour from the panel.
-pub fn srgb([red, green, blue]: [u8; 3]) -> Color {
-    Color::srgb_u8(red, green, blue)
+/// A ball about the middle of the model, in which the style applies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FocusSettings {
+    /// Radius in diagonals of the model's bounding box; from [`EVERYWHERE`](Self::EVERYWHERE) on there is no limit. Default:
+    /// everywhere.
+    pub radius: f32,
+    /// Width of the soft border in diagonals. Default 0.05.
+    pub border: f32,
+    /// What is outside of the ball is in focus instead. Default `false`.
+    pub invert: bool,
+    /// Stripes grow thin out of focus. Default `false`.
+    pub width: bool,
+}
+
+impl Default for FocusSettings {
+    fn default() -> Self {
+        Self {
+            radius: Self::EVERYWHERE,
+            border: 0.05,
+            invert: false,
+            width: false,
+        }
+    }
+}
+
+impl FocusSettings {
+    /// The radius that reaches every model's ends.
+    pub const EVERYWHERE: f32 = 0.6;
+
+    /// The focus on a model.
+    pub fn focus(&self, middle: Vec3, diagonal: f32) -> Focus {
+        if self.radius >= Self::EVERYWHERE {
+            return Focus::default();
+        }
+        Focus {
+            border: self.border * diagonal,
+            invert: self.invert,
+            width: self.width,
+            color: !self.width,
+            ..Focus::sphere(middle, self.radius * diagonal)
+        }
+    }
 }
 
 /// What the pattern follows.
@@ -173,6 +138,9 @@ pub enum Field {
     Curvature,
     /// The vertex attribute `_FIELD` of a glTF file.
     Attribute,
+    /// The major eigenvector of the attributes `_TENSOR_DIAGONAL` and `_TENSOR_OFFDIAGONAL` of a glTF file; of other files,
+    /// and of the knot, that of a bar that is pulled and twisted.
+    Tensor,
     /// A file with one direction per vertex of the model's file.
     File(PathBuf),
 }
@@ -182,7 +150,7 @@ impl Field {
     pub fn symmetry(&self) -> Symmetry {
         match self {
             Self::Axis(_) => Symmetry::Vector,
-            Self::Curvature | Self::Attribute | Self::File(_) => Symmetry::Line,
+            Self::Curvature | Self::Attribute | Self::Tensor | Self::File(_) => Symmetry::Line,
         }
     }
 
@@ -197,6 +165,11 @@ impl Field {
                 smoothing: 30,
             }),
             Self::Attribute => Ok(DirectionField::Attribute(FIELD_ATTRIBUTE)),
+            Self::Tensor => Ok(DirectionField::Tensor(TensorField {
+                diagonal: TENSOR_DIAGONAL_ATTRIBUTE,
+                off_diagonal: TENSOR_OFFDIAGONAL_ATTRIBUTE,
+                ..default()
+            })),
             Self::File(path) => {
                 let vertices = vertices.ok_or("a field file belongs to an OBJ, PLY or STL file")?;
                 let field = read_field(path, vertices).map_err(|error| error.to_string())?;
@@ -213,9 +186,10 @@ impl FromStr for Field {
         match text.split_once(':') {
             None if text == "curvature" => Ok(Self::Curvature),
             None if text == "attribute" => Ok(Self::Attribute),
+            None if text == "tensor" => Ok(Self::Tensor),
             Some(("axis", axis)) => parse_axis(axis).map(Self::Axis),
             Some(("file", path)) => Ok(Self::File(path.into())),
-            _ => Err("known are axis:X,Y,Z, curvature, attribute and file:FIELD.txt".into()),
+            _ => Err("known are axis:X,Y,Z, curvature, attribute, tensor and file:FIELD.txt".into()),
         }
     }
 }
@@ -242,6 +216,7 @@ impl Display for Field {
             Self::Axis(axis) => write!(f, "axis:{},{},{}", axis.x, axis.y, axis.z),
             Self::Curvature => f.write_str("curvature"),
             Self::Attribute => f.write_str("attribute"),
+            Self::Tensor => f.write_str("tensor"),
             Self::File(path) => write!(f, "file:{}", path.display()),
         }
     }
@@ -257,8 +232,10 @@ pub enum Style {
     Cutout,
     /// An image on two waves
     Texture,
-    /// Strokes of ink by the light
+    /// Strokes of ink
     Hatch,
+    /// Stripes of two eigenvalues; of the scalar, where the field is no tensor
+    Tensor,
     /// Phase of the wave
     Phase,
     /// Triangles in which stripes begin or end
@@ -274,9 +251,10 @@ pub enum Style {
 }
 
 impl Style {
-    fn debug(self) -> DebugStyle {
+    /// The look of stripes that shows how the pattern is made.
+    pub fn debug(self) -> DebugStyle {
         match self {
-            Self::Stripes | Self::Cutout | Self::Texture | Self::Hatch | Self::Plain => DebugStyle::None,
+            Self::Stripes | Self::Cutout | Self::Texture | Self::Hatch | Self::Tensor | Self::Plain => DebugStyle::None,
             Self::Phase => DebugStyle::Phase,
             Self::Branches => DebugStyle::Singular,
             Self::Angle => DebugStyle::Angle,
@@ -296,36 +274,4 @@ pub enum WaveCount {
     Two,
     /// The two of a cross field
     Cross,
-}
-
-/// Shape of a stripe across its period.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Shape {
-    /// One colour between two edges
-    #[default]
-    Square,
-    /// A sine
-    Sine,
-    /// A ramp with one edge; only along vectors
-    Sawtooth,
-}
-
-/// How the solver starts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Method {
-    /// From coarse to fine
-    #[default]
-    Hierarchy,
-    /// Local sweeps from a random start
-    Local,
-}
-
-impl Method {
-    /// The solver's name for it.
-    pub fn cold_start(self) -> ColdStart {
-        match self {
-            Self::Hierarchy => ColdStart::default(),
-            Self::Local => ColdStart::Local(LocalRule::default()),
-        }
-    }
 }

@@ -9,7 +9,7 @@
     FLAG_ELLIPSES, UNIT_PIXELS, UNIT_WORLD, UNIT_RELATIVE, PACKED, MAX_PIXEL_LINE,
 }
 #ifdef CELLS_TEXTURE
-#import bevy_field_patterns::cell_style::tile_of
+#import bevy_field_patterns::cell_style::{tile_gradient, tile_of}
 #endif
 #ifdef CELLS_DEBUG
 #import bevy_field_patterns::cell_debug::debug_color
@@ -37,9 +37,13 @@ fn pillow(border: f32, radius: f32) -> f32 {
     return t * (2.0 - t);
 }
 
+// Takes derivatives: call it in uniform control flow.
 fn paint_cell(point: CellPoint, frame: ScreenFrame) -> CellPaint {
     var paint: CellPaint;
     var cell = find_cell(point, style.rounding);
+#ifdef CELLS_TEXTURE
+    let gradient = tile_gradient(point, cell, frame);
+#endif
     if !cell.defined {
         return paint;
     }
@@ -69,7 +73,7 @@ fn paint_cell(point: CellPoint, frame: ScreenFrame) -> CellPaint {
         fill = mix(fill_of(point.tag, cell.neighbor), fill, inside);
     }
 #ifdef CELLS_TEXTURE
-    fill = over(fill, mix(vec4(0.0, 0.0, 0.0, 1.0), tile_of(point, cell), inside));
+    fill = over(fill, mix(vec4(0.0, 0.0, 0.0, 1.0), tile_of(point, cell, gradient), inside));
 #endif
     var line = line_coverage(b, half_width, pixel);
     if style.rounding > 0.0 && !ellipses {

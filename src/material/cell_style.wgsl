@@ -9,6 +9,7 @@
 
 #import bevy_field_patterns::cell_layout
 #import bevy_field_patterns::noise::{unit_random, vector_noise}
+#import bevy_field_patterns::quad::quad_shared
 #import bevy_field_patterns::cells::{
     CellPoint, Cell, cell_point, find_cell, has_cells, cell_uv, cell_uv_step, mean_radius, half_gradient, cell_words,
     cell_sites, TINY,
@@ -52,10 +53,12 @@ struct CellStyle {
 @group(#{MATERIAL_BIND_GROUP}) @binding(103) var tile_image: texture_2d<f32>;
 @group(#{MATERIAL_BIND_GROUP}) @binding(104) var tile_sampler: sampler;
 
-// How the world moves along the screen. [world units/pixel]
 struct ScreenFrame {
+    // How the world moves along the screen. [world units/pixel]
     dx: vec3<f32>,
     dy: vec3<f32>,
+    // Of the fragment. [pixels]
+    at: vec4<f32>,
 }
 
 struct CellPaint {
@@ -66,6 +69,11 @@ struct CellPaint {
     // Of the height of a bump. [world units/pixel]
     slope: vec2<f32>,
     fade: f32,
+}
+
+// Takes derivatives: call it in uniform control flow.
+fn screen_frame(world_position: vec3<f32>, frag_coord: vec4<f32>) -> ScreenFrame {
+    return ScreenFrame(dpdx(world_position), dpdy(world_position), frag_coord);
 }
 
 // The point whose cell is drawn: wobbling about the fragment's own, for borders that are not straight. The same everywhere
@@ -133,8 +141,16 @@ fn mean_fill(tag: u32) -> vec4<f32> {
 }
 
 #ifdef CELLS_TEXTURE
+// How the cell's square moves along the screen, for `tile_of`. [squares/pixel] Takes derivatives: call it in uniform control
+// flow.
+fn tile_gradient(point: CellPoint, cell: Cell, frame: ScreenFrame) -> vec4<f32> {
+    let dx = cell_uv_step(cell, point.dx, style.texture_radius);
+    let dy = cell_uv_step(cell, point.dy, style.texture_radius);
+    return quad_shared(vec4(dx, dy), cell.defined, frame.at);
+}
+
 // The cell's tile of the atlas, read with the gradients of the cell, so that borders have no seams.
-fn tile_of(point: CellPoint, cell: Cell) -> vec4<f32> {
+fn tile_of(point: CellPoint, cell: Cell, gradient: vec4<f32>) -> vec4<f32> {
     let count = style.tiles.x * style.tiles.y;
     var pick = unit_random(cell.sample ^ 0x85EBCA6Bu);
     if (style.flags & FLAG_TILE_BY_VALUE) != 0u {
@@ -142,8 +158,8 @@ fn tile_of(point: CellPoint, cell: Cell) -> vec4<f32> {
     }
     let tile = min(u32(pick * f32(count)), count - 1u);
     let grid = vec2<f32>(style.tiles);
-    let dx = cell_uv_step(cell, point.dx, style.texture_radius);
-    let dy = cell_uv_step(cell, point.dy, style.texture_radius);
+    let dx = gradient.xy;
+    let dy = gradient.zw;
     // Filters must not reach into the next tile.
     let margin = min(0.5 * (abs(dx) + abs(dy)) + 0.5 * grid / vec2<f32>(textureDimensions(tile_image)), vec2(0.5));
     let uv = clamp(cell_uv(cell, style.texture_radius), margin, 1.0 - margin);

@@ -5,7 +5,7 @@
     mesh2d_functions,
     mesh2d_view_bindings::view,
 }
-#import bevy_field_patterns::cell_style::{CellPaint, ScreenFrame, styled_point}
+#import bevy_field_patterns::cell_style::{CellPaint, screen_frame, styled_point}
 #import bevy_field_patterns::cell_paint::{paint_cell, is_hole}
 
 #ifdef TONEMAP_IN_SHADER
@@ -68,7 +68,7 @@ fn vertex(in: Vertex) -> Varyings {
 @fragment
 fn fragment(in: Varyings) -> @location(0) vec4<f32> {
     let point = styled_point(in.pattern, in.rest);
-    let frame = ScreenFrame(dpdx(in.world_position.xyz), dpdy(in.world_position.xyz));
+    let frame = screen_frame(in.world_position.xyz, in.position);
     var color = base.color * textureSample(base_texture, base_sampler, in.uv);
     let paint = paint_cell(point, frame);
     if paint.defined {

@@ -9,7 +9,7 @@
     decal::clustered::apply_decals,
 }
 #import bevy_field_patterns::bump::bumped_normal
-#import bevy_field_patterns::cell_style::{CellPaint, ScreenFrame, styled_point}
+#import bevy_field_patterns::cell_style::{CellPaint, ScreenFrame, screen_frame, styled_point}
 #import bevy_field_patterns::cell_paint::{paint_cell, is_hole}
 #import bevy_field_patterns::pattern_output::pattern_output
 
@@ -62,7 +62,7 @@ fn fragment(
     @location(12) rest: vec3<f32>,
 ) -> FragmentOutput {
     let point = styled_point(pattern, rest);
-    let frame = ScreenFrame(dpdx(in.world_position.xyz), dpdy(in.world_position.xyz));
+    let frame = screen_frame(in.world_position.xyz, in.position);
 
 #ifdef VISIBILITY_RANGE_DITHER
     visibility_range_dither(in.position, in.visibility_range_dither);

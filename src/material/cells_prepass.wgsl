@@ -8,7 +8,7 @@
 }
 #import bevy_field_patterns::bump::bumped_normal
 #import bevy_field_patterns::cells::CellPoint
-#import bevy_field_patterns::cell_style::{CellPaint, ScreenFrame, styled_point}
+#import bevy_field_patterns::cell_style::{CellPaint, screen_frame, styled_point}
 #import bevy_field_patterns::cell_paint::{paint_cell, is_hole}
 
 #ifdef PREPASS_FRAGMENT
@@ -37,7 +37,7 @@ fn fragment(
     @location(12) rest: vec3<f32>,
 ) -> FragmentOutput {
     let point = styled_point(pattern, rest);
-    let frame = ScreenFrame(dpdx(in.world_position.xyz), dpdy(in.world_position.xyz));
+    let frame = screen_frame(in.world_position.xyz, in.position);
 
 #ifdef VISIBILITY_RANGE_DITHER
     pbr_functions::visibility_range_dither(in.position, in.visibility_range_dither);
@@ -69,7 +69,7 @@ fn fragment(
     @location(12) rest: vec3<f32>,
 ) {
     let point = styled_point(pattern, rest);
-    let frame = ScreenFrame(dpdx(in.world_position.xyz), dpdy(in.world_position.xyz));
+    let frame = screen_frame(in.world_position.xyz, in.position);
     pbr_prepass_functions::prepass_alpha_discard(in);
 #ifdef CELLS_CUTOUT
     cut_out(paint_cell(point, frame));

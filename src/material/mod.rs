@@ -135,6 +135,7 @@ impl Plugin for PatternShaderPlugin {
         load_shader_library!(app, "focus.wgsl");
         load_shader_library!(app, "noise.wgsl");
         load_shader_library!(app, "paint.wgsl");
+        load_shader_library!(app, "quad.wgsl");
         load_shader_library!(app, "pattern_output.wgsl");
         // All styles: the material's shader names each of them, and waits for all that it names.
         load_shader_library!(app, "stripe_style.wgsl");
