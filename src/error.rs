@@ -32,6 +32,9 @@ pub enum PatternError {
         /// The index of the first such value.
         index: usize,
     },
+    /// A setting, of which there is one, is NaN or infinite.
+    #[error("{0} is not finite")]
+    SettingNotFinite(&'static str),
     /// An index points behind the last vertex.
     #[error("triangle index {index} is out of range: the mesh has {vertices} vertices")]
     IndexOutOfRange {

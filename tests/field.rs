@@ -121,7 +121,7 @@ fn turn_by_a_quarter_is_the_normal_times_the_direction() {
     }
     assert!(matches!(
         directions(&field, Symmetry::Vector, f32::NAN, &graph, &mesh),
-        Err(PatternError::NotFinite { .. })
+        Err(PatternError::SettingNotFinite(_))
     ));
 }
 
@@ -348,7 +348,7 @@ fn bad_values_are_named() {
     );
     assert_eq!(
         frequency(Frequency::Uniform(f32::INFINITY)),
-        not_finite("frequency of vertex", 0)
+        PatternError::SettingNotFinite("Frequency::Uniform")
     );
     assert_eq!(
         frequency(Frequency::Uniform(-1.0)),

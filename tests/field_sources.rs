@@ -213,7 +213,7 @@ fn snapshots_are_exact_at_their_times_and_blended_between() {
     assert!(matches!(error(&[b, a], 0.0), Err(PatternError::Snapshots(_))));
     assert!(matches!(
         error(&snapshots, f32::NAN),
-        Err(PatternError::NotFinite { .. })
+        Err(PatternError::SettingNotFinite(_))
     ));
     let short = [Snapshot {
         time: 0.0,

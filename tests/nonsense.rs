@@ -147,6 +147,62 @@ fn styles_are_put_right() {
     );
 }
 
+#[test]
+fn a_transform_that_is_none_is_an_error_until_it_is_one() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let nan = Transform::from_scale(Vec3::new(1.0, f32::NAN, 1.0));
+    let pattern = (DirectionField::Axis(Dir3::Y), PatternSpace::World, nan);
+    let entity = app.world_mut().spawn((Mesh3d(mesh), pattern)).id();
+    settle(&mut app);
+    let found = state(&app, entity);
+    assert!(
+        matches!(found, PatternState::Failed(PatternError::SettingNotFinite(_))),
+        "{found:?}"
+    );
+    app.world_mut().entity_mut(entity).insert(Transform::default());
+    settle(&mut app);
+    assert_eq!(state(&app, entity), PatternState::Converged);
+}
+
+#[test]
+fn smoothing_without_end_is_refused() {
+    for pose in [PatternPose::Rest, PatternPose::Live] {
+        let mut app = app();
+        let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+        let field = DirectionField::PrincipalCurvature {
+            direction: default(),
+            smoothing: u32::MAX,
+        };
+        let entity = app.world_mut().spawn((Mesh3d(mesh), field, pose)).id();
+        settle(&mut app);
+        let found = state(&app, entity);
+        assert!(
+            matches!(found, PatternState::Failed(PatternError::OutOfRange { .. })),
+            "{found:?}"
+        );
+    }
+}
+
+#[test]
+fn what_is_taken_away_leaves_no_stale_pattern() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(2, 1.0));
+    let pattern = (DirectionField::Axis(Dir3::Y), Frequency::Uniform(3.0));
+    let entity = app.world_mut().spawn((Mesh3d(mesh.clone()), pattern)).id();
+    settle(&mut app);
+    app.world_mut().entity_mut(entity).remove::<Mesh3d>();
+    update(&mut app);
+    assert_eq!(state(&app, entity), PatternState::Preparing);
+    assert!(!app.world().entity(entity).contains::<PatternMesh>());
+    app.world_mut().entity_mut(entity).insert(Mesh3d(mesh));
+    settle(&mut app);
+    assert_eq!(state(&app, entity), PatternState::Converged);
+    app.world_mut().entity_mut(entity).remove::<Frequency>();
+    update(&mut app);
+    assert_eq!(app.world().get::<Frequency>(entity), Some(&Frequency::default()));
+}
+
 /// The material was there before, in use and unchanged.
 #[test]
 fn a_field_that_comes_after_its_style_is_checked_as_well() {

@@ -6,8 +6,8 @@
 //! as long as the two curvatures differ; it is smoothed over the surface, u ← 0.3 u + 0.7 (mean of the neighbours' u,
 //! carried over by the smallest rotation between the normals).
 
-use super::{any_tangent, tangent};
-use crate::{parallel, surface::SurfaceGraph};
+use super::{DirectionField, any_tangent, tangent};
+use crate::{error::PatternError, parallel, surface::SurfaceGraph};
 use bevy::{
     math::{DMat3, DVec2, DVec3},
     prelude::*,
@@ -44,6 +44,21 @@ pub(super) fn principal_directions(graph: &SurfaceGraph, principal: Principal, s
     let sign = if principal == Principal::Major { 1.0 } else { -1.0 };
     parallel::collect(graph.len(), |i| {
         tangent::line_of(sign * lines[i], frames[i], graph.normals[i])
+    })
+}
+
+/// Whether so many steps of smoothing are done.
+///
+/// # Errors
+/// [`OutOfRange`](PatternError::OutOfRange).
+pub(crate) fn check_smoothing(smoothing: u32) -> Result<(), PatternError> {
+    if smoothing <= DirectionField::MAX_SMOOTHING {
+        return Ok(());
+    }
+    Err(PatternError::OutOfRange {
+        what: "DirectionField::PrincipalCurvature::smoothing",
+        value: smoothing as f32,
+        expected: "0..=1000",
     })
 }
 

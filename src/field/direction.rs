@@ -44,7 +44,8 @@ pub enum DirectionField {
     PrincipalCurvature {
         /// Which of the two.
         direction: Principal,
-        /// Steps of smoothing; one step reaches as far as the next vertices. 30 by default, 0 for none.
+        /// Steps of smoothing; one step reaches as far as the next vertices. 0..=[`MAX_SMOOTHING`](DirectionField::MAX_SMOOTHING),
+        /// 0 for none; 30 by default.
         smoothing: u32,
     },
     /// The gradient of a scalar, a vertex attribute of format `Float32` that is continuous over the surface.
@@ -86,6 +87,9 @@ impl Default for DirectionField {
 }
 
 impl DirectionField {
+    /// The most steps of smoothing of principal curvature.
+    pub const MAX_SMOOTHING: u32 = 1000;
+
     /// The symmetry of the field where the entity has no [`Symmetry`] component: `Vector` for an axis, a gradient and
     /// vortices, `Line` for all others.
     pub fn default_symmetry(&self) -> Symmetry {
@@ -126,7 +130,9 @@ pub enum PatternSpace {
 /// from; `turn` is in radians ([`FieldTurn`]).
 ///
 /// # Errors
-/// [`NotFinite`](PatternError::NotFinite) (with the index of the mesh's vertex); [`WrongLength`](PatternError::WrongLength)
+/// [`NotFinite`](PatternError::NotFinite) (with the index of the mesh's vertex) and
+/// [`SettingNotFinite`](PatternError::SettingNotFinite); [`OutOfRange`](PatternError::OutOfRange) of steps of smoothing;
+/// [`WrongLength`](PatternError::WrongLength)
 /// of [`DirectionField::Vertices`]; [`MissingAttribute`](PatternError::MissingAttribute),
 /// [`AttributeFormat`](PatternError::AttributeFormat) and [`MeshDataTaken`](PatternError::MeshDataTaken) of fields that
 /// name an attribute; [`NotOfMesh`](PatternError::NotOfMesh) of fields that need more than a mesh.
@@ -138,24 +144,19 @@ pub fn directions(
     mesh: &Mesh,
 ) -> Result<Vec<Vec3>, PatternError> {
     if !turn.is_finite() {
-        return Err(PatternError::NotFinite {
-            what: "turn of vertex",
-            index: 0,
-        });
+        return Err(PatternError::SettingNotFinite("FieldTurn"));
     }
     let normals = &graph.normals;
     let mut directions = match field {
         DirectionField::Axis(axis) if !axis.is_finite() => {
-            return Err(PatternError::NotFinite {
-                what: "direction of vertex",
-                index: 0,
-            });
+            return Err(PatternError::SettingNotFinite("the direction of DirectionField::Axis"));
         }
         DirectionField::Axis(axis) => parallel::collect(graph.len(), |i| project_tangent(**axis, normals[i])),
         DirectionField::Attribute(attribute) => {
             attribute::weld_directions(attribute::vectors(mesh, *attribute)?, symmetry, graph)?
         }
         DirectionField::PrincipalCurvature { direction, smoothing } => {
+            curvature::check_smoothing(*smoothing)?;
             curvature::principal_directions(graph, *direction, *smoothing)
         }
         DirectionField::Gradient {

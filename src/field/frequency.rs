@@ -94,10 +94,7 @@ pub fn frequencies(frequency: &Frequency, graph: &SurfaceGraph, mesh: &Mesh) -> 
         }
     };
     match frequency {
-        Frequency::Uniform(f) if !f.is_finite() => Err(PatternError::NotFinite {
-            what: "frequency of vertex",
-            index: 0,
-        }),
+        Frequency::Uniform(f) if !f.is_finite() => Err(PatternError::SettingNotFinite("Frequency::Uniform")),
         Frequency::Uniform(f) if *f < 0.0 => Err(PatternError::NegativeFrequency(*f)),
         Frequency::Uniform(f) => Ok(vec![*f; graph.len()]),
         Frequency::Attribute(attribute) => per_vertex(attribute::scalars(mesh, *attribute)?),

@@ -26,7 +26,7 @@ mod vortices;
 pub(crate) use attribute::{scalars as attribute_scalars, weld_scalars};
 pub use buffer::FieldBuffer;
 pub use constraints::{Alignment, Painted, smooth_constraints};
-pub(crate) use curvature::{FOLLOWING_STEPS, is_followed, own_share};
+pub(crate) use curvature::{FOLLOWING_STEPS, check_smoothing, is_followed, own_share};
 pub use curvature::{Principal, follow_principal_lines};
 pub use direction::*;
 pub use frequency::*;

@@ -31,10 +31,7 @@ pub struct FieldTime(pub f32);
 /// [`NotFinite`](PatternError::NotFinite) of the time.
 pub(crate) fn interval(snapshots: &[Snapshot], time: f32) -> Result<(usize, f32), PatternError> {
     if !time.is_finite() {
-        return Err(PatternError::NotFinite {
-            what: "FieldTime of entity",
-            index: 0,
-        });
+        return Err(PatternError::SettingNotFinite("FieldTime"));
     }
     let Some(last) = snapshots.len().checked_sub(1) else {
         return Err(PatternError::Snapshots("there are none"));

@@ -104,10 +104,7 @@ impl VortexCore {
     pub fn new(vortex: &Vortex, position: Vec3, scale: f32) -> Result<Self, PatternError> {
         let out_of_range = |what, value, expected| Err(PatternError::OutOfRange { what, value, expected });
         if !position.is_finite() {
-            return Err(PatternError::NotFinite {
-                what: "position of vortex",
-                index: 0,
-            });
+            return Err(PatternError::SettingNotFinite("the position of a Vortex"));
         }
         if !(vortex.strength.is_finite() && vortex.strength >= 0.0) {
             return out_of_range("Vortex::strength", vortex.strength, "finite and 0 or more");

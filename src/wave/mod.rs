@@ -99,7 +99,9 @@ impl Plugin for WavePlugin {
             .register_required_components::<DirectionField, PatternState>()
             .register_required_components::<DirectionField, Frequency>()
             .add_observer(patterns::restart)
-            .add_observer(patterns::remove_pattern);
+            .add_observer(patterns::remove_pattern)
+            .add_observer(patterns::remove_drawn)
+            .add_observer(patterns::restore_frequency);
         let update = (
             settings::check_settings,
             patterns::update_patterns

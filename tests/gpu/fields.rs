@@ -401,7 +401,7 @@ fn snapshots_are_blended_as_the_twin_says() {
         update(&mut app);
         let state = app.world().get::<PatternState>(entity).unwrap();
         assert!(
-            matches!(state, PatternState::Failed(PatternError::NotFinite { .. })),
+            matches!(state, PatternState::Failed(PatternError::SettingNotFinite(_))),
             "{state:?}"
         );
     }

@@ -169,7 +169,7 @@ fn bad_input_is_an_error_on_the_entity_and_good_input_mends_it() {
     update(&mut app);
     assert!(matches!(
         state(&app, entity),
-        PatternState::Failed(PatternError::NotFinite { .. })
+        PatternState::Failed(PatternError::SettingNotFinite(_))
     ));
     app.world_mut().entity_mut(entity).insert(Frequency::Uniform(2.0));
     settle(&mut app);

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     error::PatternError,
-    field::{DirectionField, PatternSpace, Symmetry},
+    field::{DirectionField, Frequency, PatternSpace, Symmetry},
     surface::{PatternMesh, Surface, SurfaceState},
     wave::{
         arena::{PatternArena, Pool},
@@ -29,6 +29,9 @@ use bevy::{
     prelude::*,
 };
 use std::sync::Arc;
+
+/// In [`PatternError::SettingNotFinite`].
+const TRANSFORM: &str = "the entity's GlobalTransform";
 
 impl Pattern {
     fn new(
@@ -165,6 +168,9 @@ pub(super) fn update_pattern(
         .transform
         .filter(|_| in_world)
         .map(|transform| transform.affine().matrix3);
+    if linear.is_some_and(|linear| !linear.is_finite()) {
+        return Err(PatternError::SettingNotFinite(TRANSFORM));
+    }
     let inputs = Inputs {
         coupling,
         turn: item.turn.as_ref().map_or(0.0, |turn| turn.0),
@@ -267,6 +273,7 @@ fn may_pass(error: &PatternError) -> bool {
     match error {
         PatternError::MeshTagTaken => true,
         PatternError::NotFinite { what, .. } => [JOINT, MORPH_WEIGHT].contains(what),
+        PatternError::SettingNotFinite(what) => *what == TRANSFORM,
         _ => false,
     }
 }
@@ -318,6 +325,28 @@ pub(crate) fn remove_pattern(
         entity.try_insert(Mesh3d(meshes.source.clone()));
         entity.try_remove::<PatternMesh>();
     }
+}
+
+/// An entity without a mesh has a field, which waits for another mesh, and no pattern.
+pub(crate) fn remove_drawn(event: On<Remove, Mesh3d>, states: Query<&PatternState>, mut commands: Commands) {
+    if states.contains(event.entity)
+        && let Ok(mut entity) = commands.get_entity(event.entity)
+    {
+        entity.try_remove::<(Pattern, MeshTag, PatternMesh)>();
+        entity.try_insert(PatternState::Preparing);
+    }
+}
+
+/// A field whose frequency is taken away has the default one.
+pub(crate) fn restore_frequency(event: On<Remove, Frequency>, mut commands: Commands) {
+    let entity = event.entity;
+    commands.queue(move |world: &mut World| {
+        if let Ok(mut entity) = world.get_entity_mut(entity)
+            && entity.contains::<DirectionField>()
+        {
+            entity.insert_if_new(Frequency::default());
+        }
+    });
 }
 
 pub(super) fn release(mut world: DeferredWorld, context: HookContext) {

@@ -15,7 +15,7 @@ mod schedule;
 pub(crate) use budget::{Pace, note_seen};
 pub(crate) use graphs::{PackedGraphs, request_surfaces, update_graphs};
 pub(crate) use inputs::{BufferWatch, watch_buffers};
-pub(crate) use life::{remove_pattern, restart};
+pub(crate) use life::{remove_drawn, remove_pattern, restart, restore_frequency};
 
 use super::{
     arena::{PatternArena, Pool},

@@ -7,8 +7,8 @@ use crate::{
     error::PatternError,
     field::{
         Alignment, DirectionField, FOLLOWING_STEPS, FieldRing, Principal, SmoothField, Smoothing, SymmetricTensor,
-        VortexCore, VortexCores, VortexField, directions, interval, is_followed, own_share, smooth_constraints,
-        tensors, welded,
+        VortexCore, VortexCores, VortexField, check_smoothing, directions, interval, is_followed, own_share,
+        smooth_constraints, tensors, welded,
     },
     surface::{Level, SurfaceGraph},
     wave::{
@@ -46,7 +46,7 @@ pub(super) fn update(
     let Inputs { coupling, turn, linear } = stage.inputs;
     let symmetry = coupling.symmetry;
     if !turn.is_finite() {
-        return Err(not_finite("turn of vertex"));
+        return Err(PatternError::SettingNotFinite("FieldTurn"));
     }
     let change = stage.change;
     // The values of the mesh's vertices must be made anew.
@@ -64,6 +64,7 @@ pub(super) fn update(
     parameters.directions.carry(linear);
     let kind = match &*item.field {
         DirectionField::PrincipalCurvature { direction, smoothing } if stage.live => {
+            check_smoothing(*smoothing)?;
             pattern.sources.task = None;
             new |= stale || pattern.sources.unfinished > 0;
             let mut steps = *smoothing;
@@ -154,7 +155,7 @@ pub(super) fn update(
             match field {
                 DirectionField::Axis(direction) => {
                     if !direction.is_finite() {
-                        return Err(not_finite("direction of vertex"));
+                        return Err(PatternError::SettingNotFinite("the direction of DirectionField::Axis"));
                     }
                     axis = **direction;
                     DIRECTION_AXIS
@@ -322,10 +323,6 @@ fn keep(pattern: &Pattern, parameters: &mut Parameters) -> bool {
     false
 }
 
-fn not_finite(what: &'static str) -> PatternError {
-    PatternError::NotFinite { what, index: 0 }
-}
-
 fn extended(vectors: Vec<Vec3>) -> Vec<Vec4> {
     vectors.into_iter().map(|v| v.extend(0.0)).collect()
 }
@@ -413,7 +410,7 @@ fn compute_curvature(principal: Principal, smoothing: u32, stage: &Stage) -> Com
 /// The cores that a field follows, in the space of the pattern and in the order of their entities.
 fn vortex_cores(field: &VortexField, stage: &Stage, around: &Surroundings) -> Result<Vec<VortexCore>, PatternError> {
     if !field.base.is_finite() {
-        return Err(not_finite("base flow of entity"));
+        return Err(PatternError::SettingNotFinite("VortexField::base"));
     }
     let mut cores: Vec<_> = match &field.cores {
         VortexCores::All => around.cores.iter().collect(),

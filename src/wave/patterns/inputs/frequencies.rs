@@ -165,10 +165,7 @@ pub(super) fn update(
 
 fn check(frequency: f32) -> Result<(), PatternError> {
     if !frequency.is_finite() {
-        return Err(PatternError::NotFinite {
-            what: "frequency of vertex",
-            index: 0,
-        });
+        return Err(PatternError::SettingNotFinite("the frequency"));
     }
     if frequency < 0.0 {
         return Err(PatternError::NegativeFrequency(frequency));

@@ -98,10 +98,7 @@ pub(super) fn pixel_size(
     let near = if depth.z == 0.0 { 1.0 } else { clip.w_axis.z.abs() };
     let least = (near * per_depth * scale).max(f32::MIN_POSITIVE);
     if !plane.is_finite() || !least.is_finite() {
-        return Err(PatternError::NotFinite {
-            what: "transform of camera",
-            index: 0,
-        });
+        return Err(PatternError::SettingNotFinite("the camera's transform"));
     }
     Ok(Some(PixelSize { plane, least }))
 }
