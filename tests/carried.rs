@@ -29,7 +29,7 @@ fn share_off(app: &App, from: Entity, onto: Entity, coupling: Coupling) -> f32 {
     let (d, f, z) = wave(app, onto);
     let waves = coupling.waves.count();
     let off = (0..d.len()).filter(|&i| {
-        let phases = (waves * i..waves * (i + 1)).any(|n| !(z[n].distance(twin.phasors[n]) < 0.02));
+        let phases = !(waves * i..waves * (i + 1)).all(|n| z[n].distance(twin.phasors[n]) < 0.02);
         !(d[i].distance(twin.directions[i]) < 1e-3 && (f[i] - twin.frequencies[i]).abs() < 1e-3) || phases
     });
     off.count() as f32 / d.len() as f32

@@ -12,7 +12,9 @@ pub enum PatternState {
     /// The mesh is being loaded, or its graph or field is being computed; the base material is drawn.
     #[default]
     Preparing,
-    /// An input has changed within the last frames; the pattern is drawn and follows.
+    /// An input has changed within the last frames; the pattern is drawn and follows. After a leap it is solved from nothing:
+    /// where an axis or [`FieldTurn`](crate::field::FieldTurn) turns by more than half a radian in a frame, a uniform frequency
+    /// changes by more than a quarter, a vortex moves by more than its radius, or the kind of field or frequency is another.
     Solving,
     /// Nothing changes and nothing is computed.
     Converged,

@@ -78,3 +78,57 @@ fn moving_cores_are_followed_without_jumps() {
     assert!(warm <= 2.5 * cold, "{found}: {ratios:?}");
     assert!(jumping <= 0.02, "{found}: {jumps:?}");
 }
+
+/// What moves by little is followed: the pattern remembers where it was. After a leap it is what a new one would be.
+#[test]
+fn what_leaps_is_solved_from_nothing() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(4, 1.0));
+    let core = |x: f32| (Vortex::default(), Transform::from_xyz(x, 1.0, 0.0));
+    let axis = |x: f32| DirectionField::Axis(Dir3::new(Vec3::new(x, 1.0, 0.0)).expect("a direction"));
+    let vortices = DirectionField::Vortices(VortexField::default());
+    type Change<'a> = &'a dyn Fn(&mut World, Entity, Entity);
+    let changes: [(&str, &DirectionField, bool, Change); 9] = [
+        ("axis", &axis(0.0), false, &|world, entity, _| {
+            world.entity_mut(entity).insert(axis(0.2));
+        }),
+        ("axis", &axis(0.0), true, &|world, entity, _| {
+            world.entity_mut(entity).insert(axis(1.0));
+        }),
+        ("turn", &axis(0.0), true, &|world, entity, _| {
+            world.entity_mut(entity).insert(FieldTurn(1.0));
+        }),
+        ("frequency", &axis(0.0), false, &|world, entity, _| {
+            world.entity_mut(entity).insert(Frequency::Uniform(6.6));
+        }),
+        ("frequency", &axis(0.0), true, &|world, entity, _| {
+            world.entity_mut(entity).insert(Frequency::Uniform(9.0));
+        }),
+        ("kind", &axis(0.0), true, &|world, entity, _| {
+            world.entity_mut(entity).insert(vortices.clone());
+        }),
+        ("core", &vortices, false, &|world, _, vortex| {
+            world.entity_mut(vortex).insert(core(0.1));
+        }),
+        ("core", &vortices, true, &|world, _, vortex| {
+            world.entity_mut(vortex).insert(core(-2.0));
+        }),
+        ("core", &vortices, true, &|world, _, vortex| {
+            world.despawn(vortex);
+        }),
+    ];
+    for (what, field, leaps, change) in changes {
+        let pattern = (field.clone(), Symmetry::Vector, Frequency::Uniform(6.0));
+        let entity = app.world_mut().spawn((Mesh3d(mesh.clone()), pattern)).id();
+        let vortex = app.world_mut().spawn(core(0.0)).id();
+        settle(&mut app);
+        change(app.world_mut(), entity, vortex);
+        settle(&mut app);
+        let (d, f, z) = wave(&app, entity);
+        let twin = solve_cpu(&graph(&app, entity), &d, &f, Symmetry::Vector, &default()).phasors;
+        let apart: f32 = z.iter().zip(&twin).map(|(a, b)| a.distance(*b)).sum::<f32>() / z.len() as f32;
+        assert_eq!(apart < 1e-3, leaps, "{what}: {apart} from a new one");
+        app.world_mut().despawn(entity);
+        app.world_mut().try_despawn(vortex).ok();
+    }
+}

@@ -9,6 +9,7 @@
 
 mod directions;
 mod frequencies;
+mod leaps;
 mod parameters;
 mod scalars;
 mod screen;
@@ -38,6 +39,7 @@ use bevy::{
     prelude::*,
     tasks::Task,
 };
+use leaps::leaps;
 use parameters::Parameters;
 pub(super) use slot::Slot;
 
@@ -370,6 +372,10 @@ pub(super) fn update_inputs(
         &mut parameters,
         scalars || pattern.sources.due.directions,
     )?;
+    let new = (&pattern.record, &parameters);
+    if pattern.is_solved() && leaps((&before, &pattern.sources.written), new, inputs.coupling.symmetry) {
+        pattern.phase = Phase::Cold;
+    }
     pattern.write_parameters(parameters, change.all, &mut tools.arena)?;
     if pattern.phase == Phase::Waiting && directions && frequencies {
         pattern.phase = Phase::Cold;

@@ -49,6 +49,14 @@ pub(super) struct CoreParameters {
     pad: [u32; 2],
 }
 
+impl CoreParameters {
+    /// Whether the vortex turns the other way than before, or has moved by more than its radius.
+    pub(super) fn leaps(&self, before: &Self) -> bool {
+        let way = Vec3::from(self.position).distance(before.position.into());
+        self.strength * before.strength < 0.0 || way > self.radius
+    }
+}
+
 impl From<VortexCore> for CoreParameters {
     fn from(core: VortexCore) -> Self {
         Self {
