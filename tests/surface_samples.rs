@@ -9,7 +9,8 @@ use bevy_field_patterns::{
     sampling::{
         Density, Progress, SampleSet,
         surface::{
-            MAX_SAMPLES, SurfaceMethod, SurfaceSamples, SurfaceSampling, relax_surface, sample_surface, surface_quality,
+            MAX_SAMPLES, SurfaceMethod, SurfaceRelaxer, SurfaceSamples, SurfaceSampling, relax_surface, sample_surface,
+            surface_quality,
         },
     },
     surface::{SurfaceGraph, WeldOptions},
@@ -706,6 +707,41 @@ fn samples_follow_a_surface_that_moves() {
     for i in 0..400 {
         assert!(next.positions[i].distance(place(set.positions[i])) < 1e-4, "{i}");
     }
+}
+
+/// What is kept from one time to the next is not seen in the result, as long as the metric is the one it was made for.
+#[test]
+fn a_relaxer_does_what_is_done_without_it() {
+    let mesh = torus(120, 45);
+    let place = |p: Vec3| 3.0 * Vec3::new(p.y, p.z, p.x) + Vec3::X;
+    let moved = (mesh.0.iter().map(|&p| place(p)).collect(), mesh.1.clone());
+    let [graph, moved, other] = [&mesh, &moved, &torus(100, 40)].map(graph_of);
+    let few = |count| SurfaceSampling {
+        steps: 3,
+        ..options(SurfaceMethod::Labels, count)
+    };
+    let mut relaxer = SurfaceRelaxer::default();
+    for (graph, count) in [
+        (&graph, 900),
+        (&graph, 900),
+        (&moved, 900),
+        (&graph, 700),
+        (&other, 700),
+    ] {
+        let metric = isotropic(graph);
+        let set = sample(graph, &metric, &options(SurfaceMethod::Labels, 800)).set;
+        let kept = relaxer.relax(graph, &metric, &set, &few(count), &Progress::default());
+        let new = again(graph, &metric, &set, &few(count));
+        assert_eq!(kept.expect("fits").set, new.expect("fits").set);
+    }
+    let set = sample(&graph, &isotropic(&graph), &options(SurfaceMethod::Labels, 800)).set;
+    let long = metrics(&graph, |_, n| along(Vec3::Z, n, 8.0, 1.0));
+    for metric in [isotropic(&graph), long, isotropic(&graph)] {
+        let relaxed = relaxer.relax(&graph, &metric, &set, &few(800), &Progress::default());
+        check("kept", &graph, &relaxed.expect("fits").set, 800);
+    }
+    let bad = relaxer.relax(&graph, &[], &set, &few(800), &Progress::default());
+    assert!(matches!(bad, Err(PatternError::WrongLength { .. })), "{bad:?}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::{
     Density, Importance, Metric, MetricSource, Pixels, Progress, SampleSet,
     planar::{PlanarDomain, PlanarSampling, sample_plane},
     source::{NEEDS_SURFACE, check_importance, check_structure, positive},
-    surface::{SurfaceMethod, SurfaceSampling, relax_surface, sample_surface},
+    surface::{SurfaceMethod, SurfaceRelaxer, SurfaceSampling, sample_surface},
     surface_metric,
 };
 use crate::{
@@ -109,7 +109,9 @@ pub struct SamplesFailed {
 struct Sampler {
     /// What the samples were made from last.
     ground: Ground,
-    task: Option<Task<Result<SampleSet, PatternError>>>,
+    task: Option<SampleTask>,
+    /// What samples that follow their inputs keep from one time to the next.
+    relaxer: SurfaceRelaxer,
     progress: Progress,
     /// An input has changed since the task began.
     outdated: bool,
@@ -202,17 +204,18 @@ fn update_samples(mut sampled: Query<Sampled>, mut tools: Tools, mut images: Mes
             changed |= !sampler.ground.is_same(&ground);
             let Sampler {
                 task,
+                relaxer: kept,
                 outdated,
                 progress,
                 ..
             } = &mut **sampler;
             if let Some(running) = task {
                 *outdated |= changed;
-                let Some(done) = block_on(poll_once(running)) else {
+                let Some((done, relaxer)) = block_on(poll_once(running)) else {
                     state.set_if_neq(SamplingState::Sampling(progress.done()));
                     continue;
                 };
-                *task = None;
+                (*task, *kept) = (None, relaxer);
                 changed = std::mem::take(outdated);
                 match done {
                     Ok(set) => {
@@ -230,12 +233,16 @@ fn update_samples(mut sampled: Query<Sampled>, mut tools: Tools, mut images: Mes
             continue;
         }
         let progress = Progress::default();
-        match start(&samples, &ground, set, progress.clone(), &tools) {
+        let relaxer = current
+            .as_mut()
+            .map_or_else(default, |sampler| std::mem::take(&mut sampler.relaxer));
+        match start(&samples, &ground, set, relaxer, progress.clone(), &tools) {
             Ok(Some(task)) => {
                 state.set_if_neq(SamplingState::Sampling(0.0));
                 let new = Sampler {
                     ground,
                     task: Some(task),
+                    relaxer: default(),
                     progress,
                     outdated: false,
                 };
@@ -255,6 +262,7 @@ fn update_samples(mut sampled: Query<Sampled>, mut tools: Tools, mut images: Mes
                 tools.commands.entity(entity).try_insert(Sampler {
                     ground,
                     task: None,
+                    relaxer: default(),
                     progress,
                     outdated: false,
                 });
@@ -342,13 +350,14 @@ fn ground(
 /// Steps of relaxation after a change that samples follow.
 const STEPS_TO_FOLLOW: u32 = 3;
 
-type SampleTask = Task<Result<SampleSet, PatternError>>;
+type SampleTask = Task<(Result<SampleSet, PatternError>, SurfaceRelaxer)>;
 
 /// Starts to sample; `None` while an image is missing.
 fn start(
     samples: &AnisotropicSamples,
     ground: &Ground,
     set: Option<&SampleSet>,
+    mut relaxer: SurfaceRelaxer,
     progress: Progress,
     tools: &Tools,
 ) -> Result<Option<SampleTask>, PatternError> {
@@ -364,21 +373,8 @@ fn start(
             let before = set.filter(|set| samples.follow && set.seeds.len() == graph.triangles.len());
             let before = before.cloned();
             Ok(Some(pool.spawn(async move {
-                let metric = surface_metric(&samples.metric, &graph, &mesh)?;
-                let mut options = SurfaceSampling {
-                    density: samples.density,
-                    method: samples.method,
-                    seed: samples.seed,
-                    ..default()
-                };
-                if let Some(before) = &before {
-                    options.steps = samples.steps.unwrap_or(STEPS_TO_FOLLOW);
-                    return relax_surface(&graph, &metric, before, &options, &progress).map(|samples| samples.set);
-                }
-                if let Some(steps) = samples.steps {
-                    options.steps = steps;
-                }
-                sample_surface(&graph, &metric, &options, &progress).map(|samples| samples.set)
+                let set = on_surface(&samples, &graph, &mesh, before.as_ref(), &mut relaxer, &progress);
+                (set, relaxer)
             })))
         }
         Ground::Plane(domain) => {
@@ -390,22 +386,58 @@ fn start(
                 }
             }
             Ok(Some(pool.spawn(async move {
-                let metric = planar_metric(&samples.metric, &domain, pixels)?;
-                let mut options = match samples.method {
-                    SurfaceMethod::Paper => PlanarSampling::paper(),
-                    _ => PlanarSampling::default(),
-                };
-                options.density = samples.density;
-                options.seed = samples.seed;
-                if let Some(steps) = samples.steps {
-                    options.steps = steps;
-                }
-                let set = sample_plane(&domain, &metric, &options, &progress)?.set();
-                set.check_radii()?;
-                Ok(set)
+                (in_plane(&samples, &domain, pixels, &progress), relaxer)
             })))
         }
     }
+}
+
+/// Samples of a mesh; going on from those `before`, if any.
+fn on_surface(
+    samples: &AnisotropicSamples,
+    graph: &SurfaceGraph,
+    mesh: &Mesh,
+    before: Option<&SampleSet>,
+    relaxer: &mut SurfaceRelaxer,
+    progress: &Progress,
+) -> Result<SampleSet, PatternError> {
+    let metric = surface_metric(&samples.metric, graph, mesh)?;
+    let mut options = SurfaceSampling {
+        density: samples.density,
+        method: samples.method,
+        seed: samples.seed,
+        ..default()
+    };
+    let sampled = if let Some(before) = before {
+        options.steps = samples.steps.unwrap_or(STEPS_TO_FOLLOW);
+        relaxer.relax(graph, &metric, before, &options, progress)?
+    } else {
+        options.steps = samples.steps.unwrap_or(options.steps);
+        sample_surface(graph, &metric, &options, progress)?
+    };
+    Ok(sampled.set)
+}
+
+/// Samples of a plane. `pixels` are those of [`AnisotropicSamples::images`].
+fn in_plane(
+    samples: &AnisotropicSamples,
+    domain: &PlanarDomain,
+    pixels: Vec<Pixels>,
+    progress: &Progress,
+) -> Result<SampleSet, PatternError> {
+    let metric = planar_metric(&samples.metric, domain, pixels)?;
+    let mut options = match samples.method {
+        SurfaceMethod::Paper => PlanarSampling::paper(),
+        _ => PlanarSampling::default(),
+    };
+    options.density = samples.density;
+    options.seed = samples.seed;
+    if let Some(steps) = samples.steps {
+        options.steps = steps;
+    }
+    let set = sample_plane(domain, &metric, &options, progress)?.set();
+    set.check_radii()?;
+    Ok(set)
 }
 
 type PointMetric = Box<dyn Fn(DVec2) -> SymmetricDMat2 + Send + Sync>;

@@ -37,6 +37,8 @@ pub(super) struct Domain {
     pub(super) sources: Vec<u32>,
     /// The vertex of each vertex of the graph.
     pub(super) vertex_of: Vec<u32>,
+    /// The ends of the edge that each vertex halves, of those vertices that are not the graph's.
+    pub(super) halved: Vec<[u32; 2]>,
 }
 
 /// What links the domain to the user's units.
@@ -55,31 +57,63 @@ impl Domain {
         metrics: &[SymmetricMat3],
         density: Density,
     ) -> Result<(Self, Scale), PatternError> {
-        check(graph, metrics)?;
-        let scale = scale(density, metric_area(graph, metrics))?;
         let order = morton_order(&graph.positions);
         let vertex_of = inverse(&order);
-        let (center, extent) = frame(graph);
-        let place = |p: Vec3| ((p.as_dvec3() - center) / extent).as_vec3();
-        let factor = scale.metric * extent * extent;
         let first_vertices: Vec<u32> = graph.triangles.iter().map(|t| first_of(t, &vertex_of)).collect();
         let (_, by_vertex) = group(&first_vertices, graph.len());
-        let with_area = parallel::collect(graph.triangles.len(), |t| has_area(graph, t));
+        let with_area = with_area(graph);
         let sources: Vec<u32> = by_vertex.into_iter().filter(|&t| with_area[t as usize]).collect();
-        let domain = Self {
-            positions: order.iter().map(|&v| place(graph.positions[v as usize])).collect(),
-            metrics: parallel::collect(order.len(), |i| scaled(&metrics[order[i] as usize], factor)),
+        let mut domain = Self {
+            positions: vec![Vec3::ZERO; graph.len()],
+            metrics: vec![SymmetricMat3::ZERO; graph.len()],
             triangles: sources
                 .iter()
                 .map(|&t| graph.triangles[t as usize].map(|v| vertex_of[v as usize]))
                 .collect(),
             sources,
             vertex_of,
+            halved: Vec::new(),
         };
-        if let Some(v) = domain.metrics.iter().position(|m| !m.is_finite()) {
-            return Err(not_finite(order[v] as usize));
-        }
+        let scale = domain.place(graph, metrics, density)?;
         Ok((domain, scale))
+    }
+
+    /// Takes positions and metrics from the graph, or from another one with the same triangles; vertices that halve edges
+    /// stay in the middle.
+    pub(super) fn place(
+        &mut self,
+        graph: &SurfaceGraph,
+        metrics: &[SymmetricMat3],
+        density: Density,
+    ) -> Result<Scale, PatternError> {
+        check(graph, metrics)?;
+        let scale = scale(density, metric_area(graph, metrics))?;
+        let (center, extent) = frame(graph);
+        let factor = scale.metric * extent * extent;
+        for (v, &i) in self.vertex_of.iter().enumerate() {
+            let metric = scaled(&metrics[v], factor);
+            if !metric.is_finite() {
+                return Err(not_finite(v));
+            }
+            self.metrics[i as usize] = metric;
+            self.positions[i as usize] = ((graph.positions[v].as_dvec3() - center) / extent).as_vec3();
+        }
+        for (i, &[a, b]) in (graph.len()..).zip(&self.halved) {
+            self.positions[i] = self.positions[a as usize].midpoint(self.positions[b as usize]);
+            self.metrics[i] = form::middle(&self.metrics[a as usize], &self.metrics[b as usize]);
+        }
+        Ok(scale)
+    }
+
+    /// The share of triangles with an edge that is longer in the metric.
+    pub(super) fn share_of_long(&self, length: f32) -> f32 {
+        let is_long = parallel::collect(self.triangles.len(), |t| {
+            let [a, b, c] = self.triangles[t];
+            [[a, b], [b, c], [c, a]]
+                .iter()
+                .any(|&[a, b]| edge_square(self, a, b) > length * length)
+        });
+        is_long.iter().filter(|long| **long).count() as f32 / is_long.len().max(1) as f32
     }
 }
 
@@ -187,8 +221,11 @@ fn first_of(triangle: &[u32; 3], rank: &[u32]) -> u32 {
     a.min(b).min(c)
 }
 
-fn has_area(graph: &SurfaceGraph, triangle: usize) -> bool {
-    double_area(graph.triangles[triangle].map(|v| graph.positions[v as usize])).is_some()
+/// Which triangles of a graph have an area.
+pub(super) fn with_area(graph: &SurfaceGraph) -> Vec<bool> {
+    parallel::collect(graph.triangles.len(), |t| {
+        double_area(graph.triangles[t].map(|v| graph.positions[v as usize])).is_some()
+    })
 }
 
 /// Metric length of the edge between two vertices, squared, in the mean of their metrics.

@@ -36,6 +36,8 @@ pub(super) struct FineMesh {
     pub(super) sources: Vec<u32>,
     /// The vertex of each vertex of the graph.
     pub(super) vertex_of: Vec<u32>,
+    /// The vertex of each vertex of the domain.
+    rank: Vec<u32>,
     /// Unit normal of each vertex, once asked for.
     normals: OnceLock<Vec<Vec3>>,
     face_offsets: Vec<u32>,
@@ -60,11 +62,22 @@ impl FineMesh {
             triangles: by_vertex.iter().map(|&t| renamed(t)).collect(),
             sources: by_vertex.iter().map(|&t| domain.sources[t as usize]).collect(),
             vertex_of: domain.vertex_of.iter().map(|&v| rank[v as usize]).collect(),
+            rank,
             ..default()
         };
         mesh.link();
         mesh.measure();
         mesh
+    }
+
+    /// Takes positions and metrics from its domain, where these have changed.
+    pub(super) fn place(&mut self, domain: &Domain) {
+        for (i, &v) in self.rank.iter().enumerate() {
+            self.positions[v as usize] = domain.positions[i];
+            self.metrics[v as usize] = domain.metrics[i];
+        }
+        self.normals = OnceLock::new();
+        self.measure();
     }
 
     /// Number of vertices.

@@ -11,7 +11,7 @@
 //! | 4 | `labels`, `cells`, `holes` | Lloyd's algorithm on the mesh's vertices and cut triangles |
 //! | 5 | `result` | positions on the given triangles, labels of their corners, neighbours |
 //!
-//! `warm` goes on from an earlier result in place of step 3, for what changes in time.
+//! `warm` goes on from an earlier result in place of step 3, for what changes in time; it can keep what step 2 made.
 //!
 //! Surfaces may have borders, several components, edges with many triangles and triangles without area. The result depends
 //! on the input alone, bit by bit, not on the number of threads.
@@ -37,7 +37,7 @@ mod warm;
 
 pub use domain::MAX_SAMPLES;
 pub use quality::surface_quality;
-pub use warm::relax_surface;
+pub use warm::{SurfaceRelaxer, relax_surface};
 
 use crate::{
     error::PatternError,
@@ -157,12 +157,12 @@ pub fn sample_surface(
         start,
     };
     let (mut domain, scale, refined) = job.domain()?;
-    let relaxed = match options.method {
+    let mut relaxed = match options.method {
         SurfaceMethod::Labels => job.labels(&mut domain, scale.count)?,
         SurfaceMethod::Triangulated => job.triangulated(&mut domain, scale.count)?,
         SurfaceMethod::Paper => job.paper(&mut domain, scale.count)?,
     };
-    job.finish(relaxed, scale, refined)
+    job.finish(&mut relaxed, scale, refined)
 }
 
 /// One call of [`sample_surface`] or [`relax_surface`].
@@ -305,24 +305,24 @@ impl Job<'_> {
     }
 
     /// The last labels, with a cell for every sample; and the result.
-    fn finish(&self, relaxed: Relaxed, scale: Scale, refined: u32) -> Result<SurfaceSamples, PatternError> {
+    fn finish(&self, relaxed: &mut Relaxed, scale: Scale, refined: u32) -> Result<SurfaceSamples, PatternError> {
         let Relaxed {
             mesh,
-            mut sites,
-            mut labels,
+            sites,
+            labels,
             initial,
             steps,
         } = relaxed;
-        labels::exchange(&mesh, &sites, &mut labels, LAST_SWEEPS);
-        labels::rescue(&mesh, &mut sites, &mut labels);
-        let set = result::sample_set(self.graph, self.metrics, scale, &mesh, &sites, &labels);
+        labels::exchange(mesh, sites, labels, LAST_SWEEPS);
+        labels::rescue(mesh, sites, labels);
+        let set = result::sample_set(self.graph, self.metrics, scale, mesh, sites, labels);
         set.check_radii()?;
         self.progress.report(1.0)?;
         Ok(SurfaceSamples {
             set,
             times: SamplingTimes {
-                initial,
-                per_step: steps / self.options.steps.max(1) as f32,
+                initial: *initial,
+                per_step: *steps / self.options.steps.max(1) as f32,
                 total: milliseconds(self.start),
             },
             refined,

@@ -102,6 +102,7 @@ fn split(domain: &mut Domain, edges: &Edges, marked: impl Fn(usize) -> bool) {
     for (edge, &[a, b]) in edges.ends.iter().enumerate() {
         if marked(edge) {
             middle[edge] = domain.positions.len() as u32;
+            domain.halved.push([a, b]);
             let (a, b) = (a as usize, b as usize);
             domain.positions.push(domain.positions[a].midpoint(domain.positions[b]));
             domain

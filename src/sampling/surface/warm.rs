@@ -6,7 +6,9 @@
 //! largest holes.
 
 use super::{
-    Job, Relaxed, SurfaceMethod, SurfaceSamples, SurfaceSampling, form, labels,
+    Job, SurfaceMethod, SurfaceSamples, SurfaceSampling,
+    domain::{Domain, Scale, with_area},
+    form, labels,
     mesh::{FineMesh, NONE},
     quality, result,
     walk::{Site, closest_weights},
@@ -30,7 +32,7 @@ const RELAXATION: f32 = 1.0;
 /// i of `from`. Where fewer are wanted, those that stay keep their order; where more, the new ones are the last.
 ///
 /// Of the `options` the density and the steps matter; 1 to 5 steps are enough for small changes. It is always done by
-/// [`SurfaceMethod::Labels`].
+/// [`SurfaceMethod::Labels`]. Where it is done again and again, [`SurfaceRelaxer`] is faster.
 ///
 /// # Errors
 /// Those of [`sample_surface`](super::sample_surface); [`SampleLists`](PatternError::SampleLists),
@@ -44,33 +46,101 @@ pub fn relax_surface(
     options: &SurfaceSampling,
     progress: &Progress,
 ) -> Result<SurfaceSamples, PatternError> {
-    let start = Instant::now();
-    progress.report(0.0)?;
-    check(graph, from)?;
-    let job = Job {
-        graph,
-        metrics,
-        options: &SurfaceSampling {
-            method: SurfaceMethod::Labels,
-            ..*options
-        },
-        progress,
-        start,
-    };
-    let (domain, scale, refined) = job.domain()?;
-    let mesh = FineMesh::new(&domain);
-    let mut sites = located(&mesh, graph, &from.triangles, |i| from.barycentrics[i]);
-    let mut labels = grown(&mesh, &sites);
-    while sites.len() > scale.count {
-        progress.check()?;
-        thin(&mesh, &mut sites, &labels, scale.count);
-        labels = grown(&mesh, &sites);
+    SurfaceRelaxer::default().relax(graph, metrics, from, options, progress)
+}
+
+/// [`relax_surface`] again and again: keeps the refined mesh, about 4 kB per sample, as long as the graph's triangles and the
+/// number of samples stay and few edges have become too long in the metric.
+#[derive(Debug, Default)]
+pub struct SurfaceRelaxer {
+    kept: Option<Ground>,
+}
+
+/// The refined mesh of a graph.
+#[derive(Debug)]
+struct Ground {
+    triangles: Vec<[u32; 3]>,
+    with_area: Vec<bool>,
+    count: usize,
+    domain: Domain,
+    mesh: FineMesh,
+    refined: u32,
+}
+
+/// Metric length of an edge that should be halved, where touching samples are 2 apart, and the share of triangles that may
+/// have one.
+const LONG: f32 = 2.0;
+const SHARE: f32 = 0.01;
+
+impl SurfaceRelaxer {
+    /// Does what [`relax_surface`] does.
+    ///
+    /// # Errors
+    /// Those of [`relax_surface`].
+    pub fn relax(
+        &mut self,
+        graph: &SurfaceGraph,
+        metrics: &[SymmetricMat3],
+        from: &SampleSet,
+        options: &SurfaceSampling,
+        progress: &Progress,
+    ) -> Result<SurfaceSamples, PatternError> {
+        let start = Instant::now();
+        progress.report(0.0)?;
+        check(graph, from)?;
+        let job = Job {
+            graph,
+            metrics,
+            options: &SurfaceSampling {
+                method: SurfaceMethod::Labels,
+                ..*options
+            },
+            progress,
+            start,
+        };
+        let (mut ground, scale) = self.ground(&job)?;
+        let mesh = std::mem::take(&mut ground.mesh);
+        let mut sites = located(&mesh, graph, &from.triangles, |i| from.barycentrics[i]);
+        let mut labels = grown(&mesh, &sites);
+        while sites.len() > scale.count {
+            progress.check()?;
+            thin(&mesh, &mut sites, &labels, scale.count);
+            labels = grown(&mesh, &sites);
+        }
+        // New ones, and those that lost their place to another one, have no cell yet: they go where the largest holes are.
+        sites.resize(scale.count, sites[0]);
+        labels::rescue(&mesh, &mut sites, &mut labels);
+        let mut relaxed = job.relax_labels(job.relaxed(mesh, sites, labels), RELAXATION, false)?;
+        let samples = job.finish(&mut relaxed, scale, ground.refined)?;
+        ground.mesh = relaxed.mesh;
+        self.kept = Some(ground);
+        Ok(samples)
     }
-    // New ones, and those that lost their place to another one, have no cell yet: they go where the largest holes are.
-    sites.resize(scale.count, sites[0]);
-    labels::rescue(&mesh, &mut sites, &mut labels);
-    let relaxed: Relaxed = job.relaxed(mesh, sites, labels);
-    job.finish(job.relax_labels(relaxed, RELAXATION, false)?, scale, refined)
+
+    /// What was kept, with the positions and metrics of the job, or else what is made anew.
+    fn ground(&mut self, job: &Job) -> Result<(Ground, Scale), PatternError> {
+        let with_area = with_area(job.graph);
+        if let Some(mut ground) = self.kept.take()
+            && ground.triangles == job.graph.triangles
+            && ground.with_area == with_area
+        {
+            let scale = ground.domain.place(job.graph, job.metrics, job.options.density)?;
+            if scale.count == ground.count && ground.domain.share_of_long(LONG) <= SHARE {
+                ground.mesh.place(&ground.domain);
+                return Ok((ground, scale));
+            }
+        }
+        let (domain, scale, refined) = job.domain()?;
+        let ground = Ground {
+            triangles: job.graph.triangles.clone(),
+            with_area,
+            count: scale.count,
+            mesh: FineMesh::new(&domain),
+            domain,
+            refined,
+        };
+        Ok((ground, scale))
+    }
 }
 
 /// A set fits a graph with as many triangles.
