@@ -161,7 +161,8 @@ pub struct HatchHand {
     /// How much later or earlier new strokes set in, in doublings of the number of strokes; makes them end at different
     /// places. 0..=1, default 0.5.
     pub length: f32,
-    /// How far a stroke strays to its sides, in periods. 0..=0.25, default 0.05.
+    /// How far a stroke strays to its sides, in distances between strokes of the tone [`HatchStrokes::width`]. 0..=0.25,
+    /// default 0.05.
     pub wobble: f32,
     /// How much the ink fades, as a share of its opacity. 0..=1, default 0.25.
     pub ink: f32,

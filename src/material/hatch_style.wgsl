@@ -44,7 +44,7 @@ struct Hatch {
     origin: vec4<f32>,
     // Width, density, distance between strokes [pixels; 0: one per period], the share from which strokes cross.
     strokes: vec4<f32>,
-    // Width, length [octaves], wobble [periods], softness.
+    // Width, length [octaves], wobble [distances between strokes], softness.
     hand: vec4<f32>,
     // Width [pixels], length of a dash and the gap after it [pixels; 0: solid], share of the gap, kind.
     outline: vec4<f32>,
@@ -145,7 +145,7 @@ fn hand_at(wave: Wave, zoom: f32) -> Hand {
     return Hand(
         1.0 + hatch.hand.x * noise.w,
         hatch.hand.y * noise.x,
-        hatch.hand.z * noise.xyz,
+        hatch.hand.z * exp2(-zoom) * noise.xyz,
         1.0 - hatch.origin.w * (0.5 + 0.5 * noise.z),
     );
 }

@@ -33,6 +33,12 @@ fn premultiplied(color: vec4<f32>) -> vec4<f32> {
     return vec4(color.rgb * color.a, color.a);
 }
 
+// What a layer looks like on the share `solid` of a pixel that a cut-out leaves, where it looks like `gap` on the rest.
+fn kept_layer(layer: vec4<f32>, gap: vec4<f32>, solid: f32) -> vec4<f32> {
+    let kept = max(layer - (1.0 - solid) * gap, vec4(0.0)) / max(solid, 1e-3);
+    return kept / max(kept.a, 1.0);
+}
+
 // What a cut-out keeps: the pattern. Where a pixel covers much of a period, an ordered dither keeps as many pixels as the
 // pattern covers, so that holes too fine to be seen neither close nor open together.
 fn is_hole(paint: Paint, frag_coord: vec4<f32>, cutoff: f32) -> bool {

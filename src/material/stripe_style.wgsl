@@ -11,7 +11,7 @@
     FAMILIES_BOTH, FAMILIES_SECOND, crossed_layers, crossed_share, families_of,
 }
 #import bevy_field_patterns::focus::{Focus, focus_weight, limited, FOCUS_COLOR, FOCUS_CUTOUT, FOCUS_WIDTH}
-#import bevy_field_patterns::paint::{Paint, premultiplied}
+#import bevy_field_patterns::paint::{Paint, kept_layer, premultiplied}
 #import bevy_field_patterns::triangle_wave::Wave
 #import bevy_field_patterns::wave::{PatternPoint, pattern_frame, sample_pair, sample_second_wave, sample_wave}
 #import bevy_field_patterns::coverage::{Coverage, soft_width, pulse_coverage, sine_coverage, sawtooth_coverage}
@@ -164,6 +164,10 @@ fn stripe_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>, time: f
     out.focus = focus;
     out.layer += premultiplied(stripes.gap_color) * (1.0 - out.coverage);
     out.solid = mix(1.0, out.solid, limited(stripes.focus, focus, FOCUS_CUTOUT));
+#ifdef PATTERN_CUTOUT
+    out.layer = kept_layer(out.layer, premultiplied(stripes.gap_color), out.solid);
+    out.coverage = min(out.coverage / max(out.solid, 1e-3), 1.0);
+#endif
     return out;
 }
 

@@ -6,12 +6,12 @@
 // layer     colour over the base, premultiplied with its alpha
 // share     share of the pixel that is stripe
 
-#import bevy_field_patterns::coverage::{pulse_coverage, soft_width}
+#import bevy_field_patterns::coverage::{pixel_of, pulse_coverage, soft_width, step_coverage}
 #import bevy_field_patterns::families::{
     FAMILIES_BOTH, FAMILIES_SECOND, crossed_layers, crossed_share, families_of,
 }
 #import bevy_field_patterns::focus::{Focus, FOCUS_COLOR, FOCUS_CUTOUT, FOCUS_WIDTH, focus_weight, limited}
-#import bevy_field_patterns::paint::{Paint, premultiplied}
+#import bevy_field_patterns::paint::{Paint, kept_layer, premultiplied}
 #import bevy_field_patterns::triangle_wave::Wave
 #import bevy_field_patterns::wave::{
     PatternPoint, pattern_frame, sample_pair, sample_scalars, sample_second_wave, sample_wave,
@@ -68,10 +68,12 @@ fn reading_of(style: Eigenvalue, value: f32, slope: vec2<f32>) -> Reading {
     let t = clamp((value - style.values.x) / (style.values.y - style.values.x), 0.0, 1.0);
     let thick = mix(style.widths.x, style.widths.y, clamp(abs(value) / style.values.w, 0.0, 1.0));
     // How far the alert is, in pixels: its border is as sharp as a pixel.
-    let inside = (value - style.values.z) / max(length(slope), 1e-15);
-    let border = max(tensor.filter_width, 1e-3);
-    let alert = clamp(inside / border + 0.5, 0.0, 1.0);
-    let line = clamp((0.5 * tensor.line_width - abs(inside)) / border + 0.5, 0.0, 1.0);
+    let steepness = max(length(slope), 1e-15);
+    let inside = (value - style.values.z) / steepness;
+    let pixel = pixel_of(tensor.filter_width * abs(slope) / steepness);
+    let half_line = 0.5 * tensor.line_width;
+    let alert = step_coverage(inside, pixel).value;
+    let line = step_coverage(inside + half_line, pixel).value - step_coverage(inside - half_line, pixel).value;
     let color = mix(premultiplied(mix(style.low_color, style.high_color, t)), premultiplied(style.alert_color), alert);
     return Reading(color, 0.5 * thick, select(0.0, line, tensor.line_width > 0.0));
 }
@@ -129,6 +131,9 @@ fn tensor_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>) -> Tens
     let line = crossed_share(first.line, second.line);
     out.layer = mix(out.layer, premultiplied(tensor.line_color), line * tensor.line_color.a);
     out.solid = mix(1.0, crossed_share(out.solid, line), limited(tensor.focus, focus, FOCUS_CUTOUT));
+#ifdef PATTERN_CUTOUT
+    out.layer = kept_layer(out.layer, premultiplied(tensor.gap_color), out.solid);
+#endif
     return out;
 }
 

@@ -111,8 +111,8 @@ impl Default for TextureFade {
 /// Takes the image for an atlas: a grid of tiles, of which each period cell shows one.
 ///
 /// The tile is chosen by the scalar in the middle of the cell, so it is the same over the cell: the fragment shader walks
-/// there, from triangle to triangle, however large or small cells are. Only cells that are cut by a branch or by the border of
-/// the mesh, and have no middle, may show parts of two tiles.
+/// there, from triangle to triangle, however large or small cells are. At a branch, where cells have no middle, every point
+/// goes by its own scalar, and a cell may show parts of two tiles.
 ///
 /// Tiles do not continue each other, so their edges should be transparent or of one colour.
 #[derive(Reflect, Debug, Clone, PartialEq)]

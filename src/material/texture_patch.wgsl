@@ -1,20 +1,19 @@
 #define_import_path bevy_field_patterns::texture_patch
 
 // The middle of the period cell that a fragment lies in, wherever on the mesh that is: by steps of Newton's method, each
-// walked along the surface from triangle to triangle.
+// walked along the surface from triangle to triangle; the twin of `wave/shade_patch.rs`.
 //
 // goal    the phases of both waves at the middle, u and v [periods]
 // edge c  of a triangle: from its corner c to the next
 
-#import bevy_field_patterns::kite::TAU
 #import bevy_field_patterns::triangle_pair::WavePair
 #import bevy_field_patterns::triangle_wave::{Wave, TINY, barycentric_gradients}
 #import bevy_field_patterns::wave::{
     PatternPoint, load_corners, pattern_frame, sample_pair, surface, texture_point,
 }
 
-// Steps of Newton's method.
-const STEPS: u32 = 6u;
+// Places looked at, one step of Newton's method after the other.
+const PLACES: u32 = 7u;
 // Triangles that one step may cross.
 const MAX_CROSSED: u32 = 64u;
 // Near enough to the middle [periods].
@@ -22,20 +21,32 @@ const CLOSE: f32 = 0.005;
 // The triangle across an edge at the border.
 const NONE: u32 = 0xFFFFFFFFu;
 
-// Where the phases are those of the goal. Where a cell has no middle (a branch, a border), the point that comes nearest in
-// a few steps.
+// Where the phases are those of the goal. Where a cell has no middle (at a branch), or none within a cell's diagonal is found,
+// the point itself: its neighbours may find another one, which would be specks.
 fn cell_middle(point: PatternPoint, goal: vec2<f32>) -> PatternPoint {
     var at = point;
-    for (var step = 0u; step < STEPS; step++) {
+    var begin = vec3(0.0);
+    for (var place = 0u; place < PLACES; place++) {
         let pair = main_pair(at);
+        if place == 0u {
+            begin = pair.first.position;
+        }
+        if distance(pair.first.position, begin) > cell_diagonal(pair) {
+            break;
+        }
         let missing = goal - texture_point(pair).uv;
         let near = missing - round(missing);
         if max(abs(near.x), abs(near.y)) < CLOSE {
-            break;
+            return at;
         }
         at = walked(at, step_by(pair, near));
     }
-    return at;
+    return point;
+}
+
+// [length]
+fn cell_diagonal(pair: WavePair) -> f32 {
+    return length(vec2(1.0) / max(vec2(pair.first.frequency, pair.second.frequency), vec2(TINY)));
 }
 
 // Both waves as the piece with the largest share sees them.
@@ -51,7 +62,7 @@ fn main_pair(point: PatternPoint) -> WavePair {
     return best;
 }
 
-// The step in the triangle's plane by which the phases grow by `turns`; no longer than a cell. [length]
+// The step in the triangle's plane by which the phases grow by `turns`; no longer than half a cell's diagonal. [length]
 fn step_by(pair: WavePair, turns: vec2<f32>) -> vec3<f32> {
     let n = pair.first.normal;
     let u = pair.first.gradient;
@@ -60,8 +71,7 @@ fn step_by(pair: WavePair, turns: vec2<f32>) -> vec3<f32> {
     let across = cross(n, u);
     let area = dot(u, along);
     let wanted = (turns.x * along + turns.y * across) / select(area, TINY, abs(area) < TINY);
-    let longest = 0.5 / max(pair.first.frequency, TINY) + 0.5 / max(pair.second.frequency, TINY);
-    return wanted * min(1.0, longest / max(length(wanted), TINY));
+    return wanted * min(1.0, 0.5 * cell_diagonal(pair) / max(length(wanted), TINY));
 }
 
 // The point a step further along the surface; across an edge the step goes on at the angle at which it came. At the border

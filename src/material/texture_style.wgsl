@@ -8,7 +8,8 @@
 // quiet   the second image, which takes the place of the first where a scalar says so
 
 #import bevy_field_patterns::focus::{Focus, focus_weight, limited, FOCUS_COLOR, FOCUS_CUTOUT}
-#import bevy_field_patterns::paint::{Paint, premultiplied}
+#import bevy_field_patterns::paint::{Paint, kept_layer, premultiplied}
+#import bevy_field_patterns::quad::quad_shared
 #import bevy_field_patterns::wave::{
     PatternPoint, TexturePoint, pattern_frame, sample_pair, sample_scalars, texture_point,
 }
@@ -21,11 +22,12 @@ const COLOR_BY_SECOND: u32 = 2u;
 const TILE_BY_SECOND: u32 = 4u;
 const HEIGHT_LUMINANCE: u32 = 1u;
 const LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
-// Samples along each side of a pixel, more than one because what a texture unit filters is wider than what it is asked for;
-// and how wide each is, as a share of its part of the pixel. Chosen by comparison with many samples.
-const MIN_TAPS: f32 = 3.0;
-const MAX_TAPS: f32 = 6.0;
-const TAP_WIDTH: f32 = 0.75;
+// Samples along each side of a pixel: more than one, for what a texture unit filters is no parallelogram.
+const MIN_TAPS: f32 = 4.0;
+const MAX_TAPS: f32 = 8.0;
+// How wide each is asked to be, as a share of its part of the pixel: 1 / sqrt(3). A box a wide has the variance a^2/12. A
+// level whose texels are s wide is a box and a tent, s^2/12 + s^2/6: as much where s = a / sqrt(3).
+const TAP_WIDTH: f32 = 0.577;
 const MAX_PIECES: u32 = 3u;
 // Behind the smallest level of any image.
 const LAST_LEVEL: f32 = 16.0;
@@ -66,19 +68,6 @@ struct Reading {
     // Of the atlas.
     tile: u32,
     quiet: bool,
-}
-
-// The value, or the mean of those of the fragment's 2x2 quad that are `there`. A texture unit may take the gradients of one
-// invocation for all four, also of one that only helps and does not see the buffers.
-fn quad_shared(value: vec4<f32>, there: bool, frag_coord: vec4<f32>) -> vec4<f32> {
-    let side = 1.0 - 2.0 * (floor(frag_coord.xy) - 2.0 * floor(0.5 * frag_coord.xy));
-    let own = select(vec4(0.0), value, there);
-    let one = select(0.0, 1.0, there);
-    let row = 2.0 * own + side.x * dpdxFine(own);
-    let row_count = 2.0 * one + side.x * dpdxFine(one);
-    let sum = 2.0 * row + side.y * dpdyFine(row);
-    let count = 2.0 * row_count + side.y * dpdyFine(row_count);
-    return select(sum / max(count, 1.0), value, there);
 }
 
 fn scalar_of(scalars: vec2<f32>, second: u32) -> f32 {
@@ -283,6 +272,9 @@ fn paint_pattern(point: PatternPoint, frag_coord: vec4<f32>, world_position: vec
     let strength = limited(style.focus, focus, FOCUS_COLOR);
     paint.defined = frame.pieces > 0u;
     paint.solid = mix(1.0, color.a, limited(style.focus, focus, FOCUS_CUTOUT));
+#ifdef PATTERN_CUTOUT
+    color = kept_layer(color, vec4(0.0), paint.solid);
+#endif
     paint.roughness = color.a * strength * style.drive.z;
     paint.slope = slope * strength * style.drive.w;
     var tint = style.tint;

@@ -32,6 +32,7 @@ mod settings;
 pub mod shade;
 mod shade_disc;
 pub mod shade_pair;
+pub mod shade_patch;
 mod shaders;
 pub mod solver;
 mod state;

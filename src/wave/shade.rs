@@ -17,7 +17,7 @@ use bevy::math::{Mat3, Vec2, Vec3, Vec4};
 use std::f32::consts::TAU;
 
 /// Guards divisions; far below anything that can be seen.
-const TINY: f32 = 1e-37;
+pub(super) const TINY: f32 = 1e-37;
 /// Barycentrics of an odd triangle are kept above this, so that its edge weights never vanish together at a corner.
 pub(super) const MIN_EDGE_WEIGHT: f32 = 1e-9;
 

@@ -1,18 +1,11 @@
-//! Hatching on a GPU: strokes of tones contain each other, ink is the share that the tone asks for, nothing shows where the
-//! field has no sign or no first direction, every pass draws.
+//! Hatching on a GPU: strokes of tones contain each other, ink is the share that the tone asks for, tones come from light,
+//! distance and scalars.
 
 use bevy::{material::OpaqueRendererMethod, prelude::*};
-use bevy_field_patterns::{
-    material::*,
-    wave::{
-        Waves,
-        kite::{phasor, reversed},
-    },
-};
+use bevy_field_patterns::{material::*, wave::Waves};
 
 use crate::{
     Scene, WHITE,
-    passes::alike_in_every_pass,
     patterns::Pattern,
     square_on,
     stage::{Lens, Picture},
@@ -39,32 +32,12 @@ pub fn over(extension: Hatch) -> HatchMaterial {
     }
 }
 
-fn draw(scene: &mut Scene, mesh: &Handle<Mesh>, tag: u32, extension: Hatch, lens: Lens) -> Picture {
+pub fn draw(scene: &mut Scene, mesh: &Handle<Mesh>, tag: u32, extension: Hatch, lens: Lens) -> Picture {
     let material = scene.stage.add(over(extension));
     let body = scene.stage.body(mesh, &material, tag, Transform::IDENTITY);
     let picture = scene.stage.picture(lens);
     scene.stage.clear([body]);
     picture
-}
-
-/// A square of size 2 with two waves along x and y, exact; vertex v's frame is turned by `turns(v)` quarter turns.
-pub fn woven_plane(frequency: f32, waves: Waves, turns: impl Fn(usize) -> usize) -> Pattern {
-    let mut plane = Pattern::plane(2.0, 8, Vec3::X, frequency);
-    plane.z = (0..plane.positions.len())
-        .flat_map(|v| {
-            let p = plane.positions[v];
-            let mut frame = [Vec3::X, Vec3::Y];
-            let mut z = [phasor(frequency * p.x), phasor(frequency * waves.ratio() * p.y)];
-            for _ in 0..turns(v) {
-                frame = [frame[1], -frame[0]];
-                z = [z[1], reversed(z[0])];
-            }
-            plane.directions[v] = frame[0];
-            z
-        })
-        .collect();
-    plane.pair = Some(waves);
-    plane
 }
 
 /// A part of the torus, so near that strokes are seen.
@@ -113,8 +86,8 @@ pub fn ink_is_the_share_of_the_tone(scene: &mut Scene) {
     let mesh = scene.stage.add(pattern.mesh());
     let tags = [
         pattern,
-        woven_plane(8.0, Waves::Orthogonal { ratio: 0.75 }, |_| 0),
-        woven_plane(8.0, Waves::Cross, |v| v % 4),
+        Pattern::woven(8.0, Waves::Orthogonal { ratio: 0.75 }, |_| 0),
+        Pattern::woven(8.0, Waves::Cross, |v| v % 4),
     ]
     .map(|pattern| scene.memory.push(&pattern));
     scene.upload();
@@ -192,119 +165,6 @@ pub fn zooming_keeps_strokes(scene: &mut Scene) {
         before = now;
     }
     assert!(before.len() > 8, "no strokes to compare");
-}
-
-/// Turning a cross field's frames by quarter turns changes no picture, neither of strokes nor of stripes: no seams.
-pub fn quarter_turns_leave_no_seams(scene: &mut Scene) {
-    let pattern = woven_plane(3.0, Waves::Cross, |_| 0);
-    let mesh = scene.stage.add(pattern.mesh());
-    let turned = |waves| woven_plane(3.0, waves, |v| v * 7 % 4);
-    let tags = [
-        pattern,
-        turned(Waves::Cross),
-        // Not linked: turning frames is another field.
-        turned(Waves::Orthogonal { ratio: 1.0 }),
-    ]
-    .map(|pattern| scene.memory.push(&pattern));
-    scene.upload();
-    let lens = square_on(128);
-    let compare = |pictures: [Picture; 3], what: &str| {
-        pictures[0].save(&format!("woven {what}"));
-        assert!(pictures[0].contrast() > 0.2, "{what}: nothing drawn");
-        let apart = pictures[0].max_difference(&pictures[1]);
-        assert!(apart < 2e-3, "{what}: {apart} after quarter turns");
-        assert!(
-            pictures[0].max_difference(&pictures[2]) > 0.5,
-            "{what}: the comparison cannot fail"
-        );
-    };
-    // Without the hand's stray, which may differ where frames differ: only its direction counts.
-    let hatched = tags.map(|tag| draw(scene, &mesh, tag, hatch(HatchTone::Constant(0.5)), lens));
-    compare(hatched, "strokes");
-    for (waves, what) in [(StripeWaves::Both, "both"), (StripeWaves::First, "first")] {
-        let striped = tags.map(|tag| {
-            let material = scene.stage.add(crate::unlit(Stripes {
-                duty: 0.3,
-                waves,
-                ..crate::black_on_white()
-            }));
-            let body = scene.stage.body(&mesh, &material, tag, Transform::IDENTITY);
-            let picture = scene.stage.picture(lens);
-            scene.stage.clear([body]);
-            picture
-        });
-        compare(striped, what);
-    }
-}
-
-/// Stripes of the first wave, of the second and of both: the union.
-pub fn stripes_of_two_waves(scene: &mut Scene) {
-    let pattern = woven_plane(3.0, Waves::Orthogonal { ratio: 0.5 }, |_| 0);
-    let mesh = scene.stage.add(pattern.mesh());
-    let tag = scene.memory.push(&pattern);
-    scene.upload();
-    let [first, second, both] = [StripeWaves::First, StripeWaves::Second, StripeWaves::Both].map(|waves| {
-        let material = scene.stage.add(crate::unlit(Stripes {
-            duty: 0.4,
-            waves,
-            ..crate::black_on_white()
-        }));
-        let body = scene.stage.body(&mesh, &material, tag, Transform::IDENTITY);
-        let picture = scene.stage.picture(square_on(120));
-        scene.stage.clear([body]);
-        picture
-    });
-    let changes = |picture: &Picture, along_x: bool| {
-        let at = |k: usize| {
-            if along_x {
-                picture.at(k, 9).x
-            } else {
-                picture.at(9, k).x
-            }
-        };
-        (1..120).filter(|&k| (at(k) > 0.5) != (at(k - 1) > 0.5)).count()
-    };
-    assert_eq!((changes(&first, true), changes(&first, false)), (12, 0));
-    assert_eq!((changes(&second, true), changes(&second, false)), (0, 6));
-    for k in 0..first.pixels.len() {
-        let union = first.pixels[k].x * second.pixels[k].x;
-        assert!((both.pixels[k].x - union).abs() < 2e-3, "the union at {k}");
-    }
-}
-
-/// A line field has no sign: turning directions round changes no picture, the hand included.
-pub fn line_fields_have_no_seams(scene: &mut Scene) {
-    let axis = Vec3::new(0.15, 1.0, 0.1).normalize();
-    let base = Pattern::torus(0.4, 0.6, axis, 10.0, bevy_field_patterns::field::Symmetry::Line);
-    let mut turned = base.clone();
-    for v in (0..turned.z.len()).filter(|v| v * 2_654_435_761 % 97 < 40) {
-        turned.z[v] = reversed(turned.z[v]);
-        turned.directions[v] = -turned.directions[v];
-    }
-    // Its phases are turned round without their directions.
-    let mut wrong = base.clone();
-    for v in 0..wrong.z.len() / 2 {
-        wrong.z[v] = reversed(wrong.z[v]);
-    }
-    let tags = [base, turned, wrong].map(|pattern| scene.memory.push(&pattern));
-    scene.upload();
-    let mesh = scene.torus_mesh.clone();
-    let pictures = tags.map(|tag| {
-        let style = Hatch {
-            hand: HatchHand {
-                wobble: 0.2,
-                ..default()
-            },
-            ..hatch(HatchTone::Constant(0.35))
-        };
-        draw(scene, &mesh, tag, style, torus_view(160, 96))
-    });
-    let apart = |other: &Picture| {
-        let pixels = pictures[0].pixels.iter().zip(&other.pixels);
-        pixels.filter(|(a, b)| (a.x - b.x).abs() > 0.02).count()
-    };
-    assert!(apart(&pictures[1]) < 16, "{} pixels differ", apart(&pictures[1]));
-    assert!(apart(&pictures[2]) > 200, "the comparison cannot fail");
 }
 
 /// A lit plane's drawing is as bright as the plane; more light, less ink. Distances and entities make tones, too.
@@ -455,53 +315,26 @@ pub fn depth_has_a_hue(scene: &mut Scene) {
     }
 }
 
-/// Hatching is drawn alike in every way Bevy draws, also where other materials are deferred.
-pub fn every_pass_draws(scene: &mut Scene) {
-    let sun = scene.stage.sun(Vec3::new(1.0, 2.0, 3.0), true);
-    let mut styles = vec![
-        ("light", hatch(HatchTone::Light { light: 0.3, dark: 0.0 })),
-        ("constant", hatch(HatchTone::Constant(0.4))),
-    ];
-    let mut shaded = hatch(HatchTone::Constant(0.3));
-    shaded.paper = LinearRgba::NONE;
-    shaded.outline = HatchOutline::dashed(2.0, 8.0);
-    styles.push(("shaded", shaded.clone()));
-    shaded.focus = Focus::sphere(Vec3::X, 0.6);
-    styles.push(("focus", shaded));
-    for (name, tone) in [
-        ("cut-out", HatchTone::Constant(0.5)),
-        ("cut-out light", HatchTone::Light { light: 0.3, dark: 0.0 }),
+/// Drawing by light needs the forward pass, whatever the base asks for; a cut-out masks.
+pub fn styles_choose_their_pass(scene: &mut Scene) {
+    for (tone, forward) in [
+        (HatchTone::Light { light: 0.3, dark: 0.0 }, true),
+        (HatchTone::Constant(0.4), false),
     ] {
-        styles.push((
-            name,
-            Hatch {
-                cutout: true,
-                ..hatch(tone)
-            },
-        ));
+        for cutout in [false, true] {
+            let mut material = over(Hatch {
+                cutout,
+                ..hatch(tone.clone())
+            });
+            material.base.opaque_render_method = OpaqueRendererMethod::Deferred;
+            let material = scene.stage.add(material);
+            scene.stage.app.update();
+            scene.stage.app.update();
+            let materials = scene.stage.app.world().resource::<Assets<HatchMaterial>>();
+            let base = &materials.get(&material).unwrap().base;
+            let is_forward = base.opaque_render_method != OpaqueRendererMethod::Deferred;
+            assert_eq!(is_forward, forward, "{tone:?}");
+            assert_eq!(base.alpha_mode == AlphaMode::Mask(0.5), cutout, "{tone:?}");
+        }
     }
-    for (name, style) in styles {
-        let forward = matches!(style.tone, HatchTone::Light { .. });
-        let cutout = style.cutout;
-        alike_in_every_pass(
-            scene,
-            &format!("hatch {name}"),
-            scene.pairs[0],
-            style,
-            torus_view(96, 64),
-        );
-        let materials = scene.stage.app.world().resource::<Assets<HatchMaterial>>();
-        let deferred = |material: &HatchMaterial| material.base.opaque_render_method == OpaqueRendererMethod::Deferred;
-        let masked = |material: &HatchMaterial| material.base.alpha_mode == AlphaMode::Mask(0.5);
-        assert_eq!(
-            materials.iter().any(|(_, material)| deferred(material)),
-            !forward,
-            "{name}"
-        );
-        assert!(
-            materials.iter().all(|(_, material)| masked(material) == cutout),
-            "{name}"
-        );
-    }
-    scene.stage.clear([sun]);
 }

@@ -1,10 +1,15 @@
 //! The stripe material and the shader library on a GPU (or Mesa's software one): one app, many small pictures.
 #![allow(unreachable_pub, reason = "modules of one test")]
 
+mod bodies;
 mod hatch;
+mod light;
+mod looks;
 mod passes;
+mod patches;
 mod patterns;
 mod probe;
+mod seams;
 mod smooth;
 mod stage;
 mod styles;
@@ -28,11 +33,12 @@ const WHITE: LinearRgba = LinearRgba::WHITE;
 struct Scene {
     stage: Stage,
     memory: Memory,
-    plane: Pattern,
     plane_mesh: Handle<Mesh>,
-    /// 4 periods over a square of size 2, along x and along y.
+    /// 4 periods over a square of size 2, along x.
     plane_x: u32,
-    plane_y: u32,
+    /// 4 periods over a square of size 2 along each of two waves, with scalars; the second one's frames are turned.
+    woven: [u32; 2],
+    woven_mesh: Handle<Mesh>,
     torus_mesh: Handle<Mesh>,
     line: u32,
     vector: u32,
@@ -57,7 +63,12 @@ impl Scene {
         let vector_torus = Pattern::torus(0.4, 0.6, axis, 10.0, Symmetry::Vector);
         let mut memory = Memory::new();
         let plane_x = memory.push(&plane);
-        let plane_y = memory.push(&Pattern::plane(2.0, 4, Vec3::Y, 2.0));
+        let mut woven = [0, 1].map(|turns| Pattern::woven(2.0, Waves::ORTHOGONAL, |_| turns));
+        for pattern in &mut woven {
+            pattern.scalars = vec![Vec2::new(0.6, 0.3); pattern.positions.len()];
+        }
+        let woven_mesh = stage.add(woven[0].mesh());
+        let woven = woven.map(|pattern| memory.push(&pattern));
         let line = memory.push(&line_torus);
         let vector = memory.push(&vector_torus);
         let pairs = [
@@ -72,10 +83,10 @@ impl Scene {
         Self {
             stage,
             memory,
-            plane,
             plane_mesh,
             plane_x,
-            plane_y,
+            woven,
+            woven_mesh,
             torus_mesh,
             line,
             vector,
@@ -136,13 +147,8 @@ fn materials() {
     numbers_agree_with_the_twin(&mut scene);
     texture_coordinates_agree_with_the_twin(&mut scene);
     phase_of_a_plane_is_where_it_should_be(&mut scene);
-    tag_selects_the_pattern(&mut scene);
     no_tag_is_the_base(&mut scene);
     far_is_the_mean_and_near_is_sharp(&mut scene);
-    passes::every_pass_draws(&mut scene);
-    passes::skins_and_morph_targets_draw(&mut scene);
-    passes::cut_outs_cast_striped_shadows(&mut scene);
-    passes::bumps_shade(&mut scene);
     styles::focus_limits(&mut scene);
     styles::images_are_profiles(&mut scene);
     styles::travelling_needs_a_vector_field(&mut scene);
@@ -157,9 +163,9 @@ fn pattern_textures() {
     textures::styles_say_what_they_need();
     textures::images_lie_on_the_waves(&mut scene);
     textures::scalars_choose_looks(&mut scene);
+    patches::cells_have_one_middle(&mut scene);
     textures::cells_show_one_tile(&mut scene);
     textures::periods_have_no_seams(&mut scene);
-    textures::every_pass_draws(&mut scene);
 }
 
 #[test]
@@ -168,14 +174,29 @@ fn hatching() {
     hatch::darker_tones_keep_strokes(&mut scene);
     hatch::ink_is_the_share_of_the_tone(&mut scene);
     hatch::zooming_keeps_strokes(&mut scene);
-    hatch::quarter_turns_leave_no_seams(&mut scene);
-    hatch::stripes_of_two_waves(&mut scene);
-    hatch::line_fields_have_no_seams(&mut scene);
+    seams::quarter_turns_leave_no_seams(&mut scene);
+    seams::stripes_of_two_waves(&mut scene);
+    seams::line_fields_have_no_seams(&mut scene);
     hatch::tones_come_from_light_and_distance(&mut scene);
     hatch::tones_come_from_scalars(&mut scene);
     hatch::outlines_are_of_constant_width(&mut scene);
     hatch::depth_has_a_hue(&mut scene);
-    hatch::every_pass_draws(&mut scene);
+    hatch::styles_choose_their_pass(&mut scene);
+}
+
+#[test]
+fn passes_of_bevy() {
+    passes::every_pass_draws(&mut Scene::new());
+}
+
+#[test]
+fn bodies_and_light_of_bevy() {
+    let mut scene = Scene::new();
+    bodies::skins_and_morph_targets_draw(&mut scene);
+    bodies::instances_share_a_material(&mut scene);
+    light::cut_outs_cast_striped_shadows(&mut scene);
+    light::bumps_shade(&mut scene);
+    light::fog_veils(&mut scene);
 }
 
 #[test]
@@ -300,37 +321,6 @@ fn phase_of_a_plane_is_where_it_should_be(scene: &mut Scene) {
             );
         }
     }
-}
-
-/// One mesh, one material, two tags in one picture: two patterns.
-fn tag_selects_the_pattern(scene: &mut Scene) {
-    let material = scene.stage.add(unlit(black_on_white()));
-    let mesh = scene.plane_mesh.clone();
-    let left = Transform::from_xyz(-1.0, 0.0, 0.0);
-    let right = Transform::from_xyz(1.0, 0.0, 0.0);
-    let bodies = [
-        scene.stage.body(&mesh, &material, scene.plane_x, left),
-        scene.stage.body(&mesh, &material, scene.plane_y, right),
-    ];
-    let picture = scene.stage.picture(Lens {
-        width: 128,
-        height: 64,
-        orthographic: Some(2.0),
-        ..default()
-    });
-    picture.save("tags");
-    scene.stage.clear(bodies);
-    let row = |x: usize| (0..64).map(|k| picture.at(x + k, 20).x).collect::<Vec<_>>();
-    let column = |x: usize| (0..64).map(|k| picture.at(x, k).x).collect::<Vec<_>>();
-    let swing = |v: &[f32]| v.iter().copied().fold(0.0, f32::max) - v.iter().copied().fold(1.0, f32::min);
-    assert!(
-        swing(&row(0)) > 0.95 && swing(&column(20)) < 0.05,
-        "left: stripes along x"
-    );
-    assert!(
-        swing(&row(64)) < 0.05 && swing(&column(84)) > 0.95,
-        "right: stripes along y"
-    );
 }
 
 /// Without a pattern the picture is that of the base material, to the bit.

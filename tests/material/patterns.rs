@@ -62,6 +62,26 @@ impl Pattern {
         }
     }
 
+    /// A square of size 2 with two waves along x and y, exact; vertex v's frame is turned by `turns(v)` quarter turns.
+    pub fn woven(frequency: f32, waves: Waves, turns: impl Fn(usize) -> usize) -> Self {
+        let mut plane = Self::plane(2.0, 8, Vec3::X, frequency);
+        plane.z = (0..plane.positions.len())
+            .flat_map(|v| {
+                let p = plane.positions[v];
+                let mut frame = [Vec3::X, Vec3::Y];
+                let mut z = [phasor(frequency * p.x), phasor(frequency * waves.ratio() * p.y)];
+                for _ in 0..turns(v) {
+                    frame = [frame[1], -frame[0]];
+                    z = [z[1], reversed(z[0])];
+                }
+                plane.directions[v] = frame[0];
+                z
+            })
+            .collect();
+        plane.pair = Some(waves);
+        plane
+    }
+
     /// A square of side 2 bent to a part of a cylinder of radius 1 about the y axis, with `cells` squared jittered cells and
     /// two exact waves along `angle` and across it, of `frequency` and `ratio` times that. In the bent square's own
     /// coordinates, `flat`, phases are 0 at the origin; the first scalar is `scalar` there.
@@ -128,6 +148,28 @@ impl Pattern {
             })
             .collect();
         self.pair = Some(waves);
+        self
+    }
+
+    /// Adds a second wave along n × d, `ratio` times as frequent, relaxed as the first one is.
+    pub fn with_relaxed_second_wave(mut self, ratio: f32) -> Self {
+        let vertices = || self.normals.iter().zip(&self.directions);
+        let directions: Vec<Vec3> = vertices().map(|(n, d)| n.cross(*d)).collect();
+        let frequencies: Vec<f32> = self.frequencies.iter().map(|f| ratio * f).collect();
+        let mut second = Self {
+            z: vec![Vec2::X; directions.len()],
+            directions,
+            frequencies,
+            ..self.clone()
+        };
+        second.relax(300);
+        self.z = self
+            .z
+            .iter()
+            .zip(&second.z)
+            .flat_map(|(&one, &two)| [one, two])
+            .collect();
+        self.pair = Some(Waves::Orthogonal { ratio });
         self
     }
 

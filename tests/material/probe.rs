@@ -32,9 +32,12 @@ pub const VALUE: u32 = 0;
 pub const BARYCENTRICS: u32 = 1;
 /// Triangle index, tag modulo 1024, footprint, one half (the background has 1).
 pub const TRIANGLE: u32 = 2;
-
 /// Texture coordinates u and v of the first piece, in two parts each.
 pub const TEXTURE: u32 = 3;
+/// Rest position of the middle of the fragment's period cell: x and y, in two parts each.
+pub const MIDDLE_XY: u32 = 4;
+/// Its z, in two parts, then 0 and one half.
+pub const MIDDLE_Z: u32 = 5;
 
 impl Probe {
     pub fn new(mode: u32) -> Self {
@@ -80,6 +83,7 @@ pub fn joined(high: f32, low: f32) -> f32 {
 
 const WGSL: &str = "
 #import bevy_pbr::forward_io::VertexOutput
+#import bevy_field_patterns::texture_patch::cell_middle
 #import bevy_field_patterns::wave::{pattern_frame, pattern_point, sample_pair, sample_wave, texture_point}
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(103) var<uniform> mode: u32;
@@ -110,6 +114,13 @@ fn fragment(
         let frame = pattern_frame(point);
         let texel = texture_point(sample_pair(frame, point, 0u));
         return select(vec4(-2.0), vec4(split(texel.uv.x), split(texel.uv.y)), frame.pieces > 0u);
+    }
+    if mode == 4u || mode == 5u {
+        if pattern_frame(point).pieces == 0u {
+            return vec4(-2.0);
+        }
+        let middle = sample_wave(cell_middle(point, vec2(0.5))).position;
+        return select(vec4(split(middle.z), 0.0, 0.5), vec4(split(middle.x), split(middle.y)), mode == 4u);
     }
     return vec4(f32(point.triangle), f32(point.tag % 1024u), wave.footprint, 0.5);
 }

@@ -1,4 +1,4 @@
-//! One sample per pixel looks like the mean of many: hatching and a tensor's stripes against 36 unfiltered samples.
+//! One sample per pixel looks like the mean of many: hatching and a tensor's stripes against 144 unfiltered samples.
 #![allow(clippy::print_stdout, reason = "what was measured")]
 
 use bevy::prelude::*;
@@ -15,7 +15,7 @@ use crate::{
 const WIDTH: u32 = 112;
 const HEIGHT: u32 = 80;
 /// Samples per pixel, along each side.
-const SAMPLES: u32 = 6;
+const SAMPLES: u32 = 12;
 
 /// The mean of a larger picture's pixels.
 fn reduced(large: &Picture) -> Picture {
@@ -46,7 +46,7 @@ fn inside(truth: &Picture) -> Vec<usize> {
 /// What to draw with so many samples along a pixel's side, filtered or not.
 type Style<'a> = &'a dyn Fn(&mut Scene, f32, bool, Lens) -> Picture;
 
-/// What is further from the truth than allowed, a mean of 36 samples being itself off by one or two hundredths.
+/// What is further from the truth than allowed.
 fn check(scene: &mut Scene, name: &str, style: Style, allowed: f32) -> Vec<String> {
     let mut failures = vec![];
     for (view, distance) in [("near", 1.0), ("middle", 2.5), ("far", 5.0)] {
@@ -114,8 +114,13 @@ pub fn one_sample_is_the_mean_of_many(scene: &mut Scene) {
             scene.stage.clear([body]);
             picture
         };
-        failures.extend(check(scene, name, &draw, 0.025));
+        failures.extend(check(scene, name, &draw, 0.015));
     }
+    // A line is as wide as it should be only where the mesh resolves it.
+    let (fine, _) = Pattern::bent(96, 0.4, 7.0, 0.8, scalar);
+    let mesh = scene.stage.add(fine.mesh());
+    let fine = scene.memory.push(&fine);
+    scene.upload();
     let draw = |scene: &mut Scene, samples: f32, anti_aliasing, lens| {
         let style = Tensor {
             anti_aliasing,
@@ -123,11 +128,11 @@ pub fn one_sample_is_the_mean_of_many(scene: &mut Scene) {
             ..tensor::style()
         };
         let material = scene.stage.add(tensor::over(style));
-        let body = scene.stage.body(&mesh, &material, single, Transform::IDENTITY);
+        let body = scene.stage.body(&mesh, &material, fine, Transform::IDENTITY);
         let picture = scene.stage.picture(lens);
         scene.stage.clear([body]);
         picture
     };
-    failures.extend(check(scene, "tensor", &draw, 0.035));
+    failures.extend(check(scene, "tensor", &draw, 0.02));
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }

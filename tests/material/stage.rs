@@ -169,6 +169,14 @@ impl Stage {
         self.app.world_mut().spawn(parts).id()
     }
 
+    /// An entity with a mesh and the pattern at `tag`, without a material.
+    pub fn bare(&mut self, mesh: &Handle<Mesh>, tag: u32, at: Transform) -> Entity {
+        self.app
+            .world_mut()
+            .spawn((Mesh3d(mesh.clone()), MeshTag(tag), at))
+            .id()
+    }
+
     /// A camera that looks into an own picture.
     pub fn camera(&mut self, lens: Lens) -> (Entity, Handle<Image>) {
         let format = if lens.hdr {

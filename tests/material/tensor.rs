@@ -5,7 +5,6 @@ use bevy_field_patterns::{material::*, wave::Waves};
 
 use crate::{
     Scene, WHITE,
-    hatch::woven_plane,
     patterns::Pattern,
     square_on,
     stage::{Lens, Picture},
@@ -105,9 +104,9 @@ pub fn values_are_colours_and_widths(scene: &mut Scene) {
 /// Values turn with the frames of a cross field: no seams. And holes of a cut-out are where gaps are.
 pub fn turns_and_holes(scene: &mut Scene) {
     let mut patterns = [
-        woven_plane(3.0, Waves::Cross, |_| 0),
-        woven_plane(3.0, Waves::Cross, |v| v * 7 % 4),
-        woven_plane(3.0, Waves::Orthogonal { ratio: 1.0 }, |v| v * 7 % 4),
+        Pattern::woven(3.0, Waves::Cross, |_| 0),
+        Pattern::woven(3.0, Waves::Cross, |v| v * 7 % 4),
+        Pattern::woven(3.0, Waves::Orthogonal { ratio: 1.0 }, |v| v * 7 % 4),
     ];
     for pattern in &mut patterns {
         pattern.scalars = pattern.positions.iter().map(|p| Vec2::new(p.x, 0.5)).collect();

@@ -9,14 +9,13 @@ use bevy_field_patterns::{material::*, wave::Waves};
 
 use crate::{
     Scene,
-    passes::alike_in_every_pass,
     patterns::Pattern,
     probe, probe_picture, square_on,
     stage::{Lens, Picture},
     torus_view,
 };
 
-fn image(width: u32, height: u32, texel: impl Fn(f32, f32) -> [f32; 4]) -> Image {
+pub fn image(width: u32, height: u32, texel: impl Fn(f32, f32) -> [f32; 4]) -> Image {
     let size = Extent3d {
         width,
         height,
@@ -331,45 +330,4 @@ pub fn styles_say_what_they_need() {
         ..default()
     };
     assert_eq!(shifted.requires_vector_symmetry(), Some("PatternTexture::offset"));
-}
-
-/// Textures are drawn, and alike, in every way Bevy can draw them.
-pub fn every_pass_draws(scene: &mut Scene) {
-    let sun = scene.stage.sun(Vec3::new(1.0, 2.0, 3.0), true);
-    let disc = scene.stage.add(image(64, 64, |u, v| {
-        let inside = Vec2::new(u - 0.5, v - 0.5).length() < 0.4;
-        [0.2, 0.2, 0.2, f32::from(u8::from(inside))]
-    }));
-    let texture = PatternTexture {
-        image: disc,
-        ..default()
-    };
-    let bump = PatternTexture {
-        drive: PatternDrive {
-            bump: 0.02,
-            roughness: 0.1,
-            emissive: 0.1,
-            ..default()
-        },
-        ..texture.clone()
-    };
-    let cutout = PatternTexture {
-        cutout: true,
-        ..texture.clone()
-    };
-    let tag = scene.pairs[0];
-    // Some 10 pixels to a period.
-    let lens = Lens {
-        from: Vec3::new(0.2, 0.9, 2.0),
-        to: Vec3::new(0.1, 0.1, 0.9),
-        ..default()
-    };
-    for (name, texture) in [
-        ("texture", texture),
-        ("texture bump", bump),
-        ("texture cut-out", cutout),
-    ] {
-        alike_in_every_pass(scene, name, tag, texture, lens);
-    }
-    scene.stage.clear([sun]);
 }
