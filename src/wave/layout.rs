@@ -3,7 +3,7 @@
 //! | buffer | element | what it holds |
 //! |---|---|---|
 //! | surface | `u32` | records of entities; triangles, neighbours, hierarchy of graphs |
-//! | geometry | `vec4<f32>` | two per vertex of a graph: (position, area), (normal, id); of a point cloud two more; vectors given per vertex; rigs and poses |
+//! | geometry | `vec4<f32>` | (position, area), (normal, id) per vertex of a graph, two more in a cloud; vectors; rigs, poses |
 //! | wave | `vec2<f32>` | per entity: d and f of each vertex, phasors of every level |
 //! | edges | `vec2<f32>` | per entity, solver only: weight of each directed edge of every level |
 //! | balance | `f32` | per entity, solver only: one number per node of every level |

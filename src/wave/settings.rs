@@ -52,7 +52,8 @@ pub enum ColdStart {
         level_sweeps: u32,
     },
     /// The local rule as Lichtenberg et al. 2018 print it (section 3.3): random phases from a hash of the vertex id,
-    /// then coloured sweeps with momentum. Slow to find long waves; selectable for comparison.
+    /// then coloured sweeps with momentum. Slow to find long waves; selectable for comparison. A budget does not split it: as many
+    /// patterns start in a frame as fit into that whole, and one in any case.
     Local(LocalRule),
     /// The same rule on ever finer surfaces of merged vertices, as the paper's section 3.4 has it. Between the other two in
     /// quality; only good where field and frequency are smooth; for comparison. Only [`solve_cpu`](super::solver::solve_cpu)

@@ -1,10 +1,14 @@
 //! How work is spread over frames and patterns.
 
-use crate::common::{add_mesh, app_with, graph, settle, shapes, update, wave};
-use bevy::prelude::*;
+use crate::common::{add_mesh, app_with, gpu, graph, headless, settle, shapes, update, wave};
+use bevy::{prelude::*, render::diagnostic::RenderDiagnosticsPlugin};
 use bevy_field_patterns::{
+    diagnostics::QualityReport,
     prelude::*,
-    wave::{SolverCounters, quality},
+    wave::{
+        SolverCounters, quality,
+        solver::{ColdStart, LocalRule},
+    },
 };
 
 fn with_sweeps(max: u32) -> SolverSettings {
@@ -182,6 +186,81 @@ fn time_is_a_budget_too() {
     spawn(&mut app, 3);
     settle(&mut app);
     assert_eq!(app.world().resource::<SolverCounters>().pattern_sweeps(), 3 * 14);
+}
+
+/// Where the device's clock can be read, sweeps come to fill the time that they may take, whatever was guessed at first.
+#[test]
+fn sweeps_are_as_many_as_time_allows() {
+    let mut app = headless::headless_app(UVec2::splat(16)).expect("a device");
+    app.add_plugins((FieldPatternsPlugin, RenderDiagnosticsPlugin))
+        .insert_resource(QualityReport(false));
+    headless::wait_until_ready(&mut app).expect("pipelines");
+    let mesh = add_mesh(&mut app, &shapes::torus(200, 100, 1.0, 0.4, 0.25, 5));
+    let spawn = (
+        Mesh3d(mesh),
+        DirectionField::Axis(Dir3::Y),
+        Symmetry::Line,
+        Frequency::Uniform(6.0),
+    );
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let follow = |app: &mut App, milliseconds: f32| {
+        app.insert_resource(SolverSettings {
+            warm_sweeps: 1000,
+            max_milliseconds: Some(milliseconds),
+            ..default()
+        });
+        let (mut sweeps, mut times) = (Vec::new(), Vec::new());
+        for frame in 0..60 {
+            let frequency = Frequency::Uniform(6.0 + 0.001 * frame as f32);
+            app.world_mut().entity_mut(entity).insert(frequency);
+            update(app);
+            gpu::wait(app);
+            sweeps.push(app.world().resource::<SolverCounters>().pattern_sweeps());
+            times.extend(gpu::stage_ms(app, "pattern_sweeps"));
+        }
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let late: Vec<f64> = sweeps[30..].iter().map(|&sweeps| f64::from(sweeps)).collect();
+        (mean(&late), mean(&times[times.len() / 2..]), times.len())
+    };
+    let (few, short, measured) = follow(&mut app, 10.0);
+    if measured == 0 {
+        // The device has no clock to read.
+        return;
+    }
+    let (many, long, _) = follow(&mut app, 40.0);
+    assert!((0.3..3.0).contains(&(short / 10.0)), "{short} ms for 10, {few} sweeps");
+    assert!((0.3..3.0).contains(&(long / 40.0)), "{long} ms for 40, {many} sweeps");
+    assert!(many > 1.5 * few, "{many} and {few} sweeps");
+}
+
+/// The local rule is not split: patterns that do not fit into a frame together start one after the other.
+#[test]
+fn cold_starts_by_the_local_rule_take_turns() {
+    let rule = LocalRule {
+        max_sweeps: 20,
+        epsilon: 0.0,
+        ..default()
+    };
+    let settings = SolverSettings {
+        cold_start: ColdStart::Local(rule),
+        ..with_sweeps(30)
+    };
+    let mut app = app_with(settings);
+    let entities = spawn(&mut app, 3);
+    let mut done = Vec::new();
+    for _ in 0..2000 {
+        update(&mut app);
+        let (_, converged) = last_frame(&app, &entities);
+        if converged > 0 {
+            done.push(converged);
+        }
+        if converged == 3 {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    assert_eq!(done, [1, 2, 3], "one in a frame");
 }
 
 #[test]

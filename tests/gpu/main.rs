@@ -1,6 +1,7 @@
 //! The plugin on a device: the solver against its CPU twin, the life of patterns, the shared memory.
 
 mod budget;
+mod buffers;
 #[path = "../common/mod.rs"]
 mod common;
 mod creases;

@@ -101,6 +101,50 @@ fn every_pass_agrees_with_its_twin() {
     assert!(distance > 2e-2, "{distance}");
 }
 
+/// A cross field that any of its four arms stands for, and the waves that are linked by quarter turns.
+#[test]
+fn crosses_are_smoothed_and_solved_as_by_the_twin() {
+    let settings = SolverSettings {
+        soft_sweeps: 2,
+        plain_sweeps: 0,
+        ..default()
+    };
+    let mut app = app_with(settings.clone());
+    let mesh = add_mesh(&mut app, &shapes::torus(70, 36, 1.0, 0.4, 0.25, 5));
+    let field = SmoothField {
+        ring: FieldRing::Four,
+        ..default()
+    };
+    let spawn = (
+        Mesh3d(mesh),
+        DirectionField::Smooth(field),
+        Waves::Cross,
+        Frequency::Uniform(4.0),
+    );
+    let entity = app.world_mut().spawn(spawn).id();
+    settle(&mut app);
+    let (d, f, z) = wave(&app, entity);
+    let graph = graph(&app, entity);
+    let distance = |waves, soft_sweeps| {
+        let coupling = Coupling {
+            waves,
+            symmetry: Symmetry::Line,
+        };
+        let settings = SolverSettings {
+            soft_sweeps,
+            ..settings.clone()
+        };
+        let twin = solve_cpu(&graph, &d, &f, coupling, &settings).phasors;
+        let mut off: Vec<f32> = z.iter().zip(&twin).map(|(a, b)| a.distance(*b)).collect();
+        off.sort_unstable_by(f32::total_cmp);
+        off[off.len() * 99 / 100]
+    };
+    // Arms that fit equally well may be taken either way.
+    assert!(distance(Waves::Cross, 2) < 2e-3, "{}", distance(Waves::Cross, 2));
+    assert!(distance(Waves::Cross, 3) > 2e-2);
+    assert!(distance(Waves::ORTHOGONAL, 2) > 0.1);
+}
+
 #[test]
 fn axis_is_projected_on_the_device_as_by_the_twin() {
     let mut app = app();

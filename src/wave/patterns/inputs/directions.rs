@@ -1,14 +1,11 @@
 //! The source of a pattern's directions.
 
-use super::{
-    Computation, DueSmoothing, Inputs, Pattern, PatternedItem, Stage, Surroundings, in_world, parameters::Parameters,
-};
+use super::{Computation, Inputs, Pattern, PatternedItem, Stage, Surroundings, in_world, parameters::Parameters};
 use crate::{
     error::PatternError,
     field::{
-        Alignment, DirectionField, FOLLOWING_STEPS, FieldRing, Principal, SmoothField, Smoothing, SymmetricTensor,
-        VortexCore, VortexCores, VortexField, check_smoothing, directions, interval, is_followed, own_share,
-        smooth_constraints, tensors, welded,
+        Alignment, DirectionField, FieldRing, Principal, SmoothField, SymmetricTensor, VortexCore, VortexCores,
+        VortexField, check_smoothing, directions, interval, own_share, smooth_constraints, tensors, welded,
     },
     surface::{Level, SurfaceGraph},
     wave::{
@@ -55,7 +52,6 @@ pub(super) fn update(
     let reshaped = change.all || change.mesh || change.linear || item.field.is_changed();
     // Smoothing may continue from where it was.
     let followable = pattern.sources.followable && !(change.all || change.jump || item.field.is_changed());
-    let mut unfinished = 0;
     let mut axis = Vec3::ZERO;
     let mut turn = turn;
     let mut curvature = None;
@@ -67,20 +63,11 @@ pub(super) fn update(
             check_smoothing(*smoothing)?;
             pattern.sources.task = None;
             new |= stale || pattern.sources.unfinished > 0;
-            let mut steps = *smoothing;
-            if is_followed(*smoothing) {
-                let elements = 2 * stage.graph.len() as u32;
-                pattern.record.smooth_base = pattern.sources.smooth.fit(arena, Pool::Wave, elements)?;
-                if followable && kind_of(pattern) == DIRECTION_CURVATURE && (change.pose || change.mesh) {
-                    steps = FOLLOWING_STEPS;
-                    unfinished = *smoothing;
-                }
-            } else {
-                forget_lines(pattern, arena);
-            }
+            let follows = followable && (change.pose || change.mesh);
+            let steps = pattern.curvature_steps(*smoothing, follows, stage.graph.len() as u32, arena)?;
             // Lines lie in one of two places after an even or an odd number of steps.
             parameters.directions.choice =
-                u32::from(*direction == Principal::Minor) | (steps % 2) << 1 | u32::from(unfinished > 0) << 2;
+                u32::from(*direction == Principal::Minor) | (steps % 2) << 1 | u32::from(steps < *smoothing) << 2;
             parameters.directions.blend = own_share(*smoothing);
             curvature = Some(steps);
             DIRECTION_CURVATURE
@@ -129,24 +116,7 @@ pub(super) fn update(
             let changed = new || !same;
             new |= !same || sources.unfinished > 0;
             if new {
-                let from_nothing = sources.due.smooth.is_some_and(|due| !due.follows);
-                let follows = followable && same && !from_nothing && kind_of(pattern) == DIRECTION_SMOOTH;
-                let left = if changed {
-                    field.steps
-                } else {
-                    pattern.sources.unfinished
-                };
-                let sweeps = if follows {
-                    left.min(FOLLOWING_SWEEPS)
-                } else {
-                    field.steps
-                };
-                unfinished = if follows { left - sweeps } else { 0 };
-                pattern.sources.due.smooth = Some(DueSmoothing {
-                    kind: u32::from(field.smoothing == Smoothing::Extrinsic),
-                    sweeps,
-                    follows,
-                });
+                pattern.smooth_field(field, changed, followable && same);
             }
             DIRECTION_SMOOTH
         }
@@ -279,10 +249,9 @@ pub(super) fn update(
         pattern.sources.vectors.free(arena);
     }
     if !matches!(kind, DIRECTION_SMOOTH | DIRECTION_CURVATURE) {
-        forget_lines(pattern, arena);
+        pattern.forget_lines(arena);
     }
-    pattern.sources.unfinished = unfinished;
-    pattern.sources.followable &= kind == kind_of(pattern);
+    pattern.sources.followable &= kind == pattern.record.sources & 255;
     let record = &mut pattern.record;
     record.sources = (record.sources & !255) | kind;
     let written = &pattern.sources.written;
@@ -299,21 +268,6 @@ pub(super) fn update(
         pattern.begin_directions(symmetry);
     }
     Ok(true)
-}
-
-/// Sweeps over the mesh by which a smoothed field follows what has changed in a frame.
-const FOLLOWING_SWEEPS: u32 = 4;
-
-/// `DIRECTION_*` of the directions in use.
-fn kind_of(pattern: &Pattern) -> u32 {
-    pattern.record.sources & 255
-}
-
-/// Gives back the memory of lines that smoothing continues from.
-fn forget_lines(pattern: &mut Pattern, arena: &mut PatternArena) {
-    pattern.sources.smooth.free(arena);
-    pattern.sources.followable = false;
-    pattern.record.smooth_base = 0;
 }
 
 /// The old directions stay, with all that belongs to them, since the new ones are not there yet.

@@ -14,6 +14,7 @@ mod parameters;
 mod scalars;
 mod screen;
 mod slot;
+mod smoothing;
 mod surroundings;
 
 pub(crate) use surroundings::{BufferWatch, Surroundings, watch_buffers};
@@ -42,6 +43,7 @@ use bevy::{
 use leaps::leaps;
 use parameters::Parameters;
 pub(super) use slot::Slot;
+pub(super) use smoothing::DueSmoothing;
 
 /// Where an entity's directions and frequencies come from, and what it owns of the shared buffers for them.
 #[derive(Default)]
@@ -98,26 +100,6 @@ pub(super) struct Due {
     pub(super) frequencies: bool,
     pub(super) direction_copy: Option<BufferCopy>,
     pub(super) frequency_copy: Option<BufferCopy>,
-}
-
-/// How a field is smoothed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct DueSmoothing {
-    /// 0: intrinsically, 1: extrinsically.
-    pub(super) kind: u32,
-    /// Over the mesh.
-    pub(super) sweeps: u32,
-    /// From where the field was.
-    pub(super) follows: bool,
-}
-
-impl DueSmoothing {
-    /// The field stays as it was.
-    pub(super) const NONE: Self = Self {
-        kind: 0,
-        sweeps: 0,
-        follows: true,
-    };
 }
 
 impl Sources {
