@@ -10,6 +10,11 @@ use bevy::{
 use bevy_field_patterns::{
     material::{SceneStyle, Styled},
     prelude::*,
+    sampling::{
+        surface::{SurfaceSampling, sample_surface},
+        surface_metric,
+    },
+    surface::SurfaceGraph,
     wave::StyleNeeds,
 };
 use common::{add_mesh, app, mesh_file::to_bevy_mesh, settle, shapes, update};
@@ -328,6 +333,34 @@ fn samples_follow_every_field_that_a_mesh_carries() {
     for entity in entities {
         let state = app.world().get::<SamplingState>(entity);
         assert_eq!(state, Some(&SamplingState::Ready));
+    }
+}
+
+/// The longest ellipses work, longer ones are refused by name.
+#[test]
+fn ellipses_have_a_limit() {
+    let mesh = to_bevy_mesh(&shapes::torus(40, 20, 1.0, 0.4, 0.0, 1));
+    let graph = SurfaceGraph::from_mesh(&mesh, &default()).expect("a graph");
+    let metric = |ratio| {
+        let along = Metric::along(
+            DirectionField::Axis(Dir3::new(Vec3::new(0.3, 1.0, 0.2)).expect("a direction")),
+            ratio,
+        );
+        surface_metric(&along, &graph, &mesh)
+    };
+    let longest = metric(Metric::MAX_RATIO).expect("a metric");
+    let options = SurfaceSampling {
+        density: Density::Count(200),
+        ..default()
+    };
+    let samples = sample_surface(&graph, &longest, &options, &default()).expect("samples");
+    assert_eq!(samples.set.len(), 200);
+    for ratio in [0.5, 1e4, f32::INFINITY, f32::NAN] {
+        let error = metric(ratio).expect_err("a bad ratio");
+        assert!(
+            matches!(error, PatternError::OutOfRange { what: "ratio", .. }),
+            "{error}"
+        );
     }
 }
 

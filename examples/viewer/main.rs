@@ -32,7 +32,7 @@ struct Cli {
     /// OBJ, PLY, STL, glTF or GLB file; a built-in knot without it
     mesh: Option<PathBuf>,
     /// What the pattern follows: `axis:X,Y,Z` (a direction), curvature (of least bending), attribute (_FIELD of a glTF
-    /// file), tensor (_TENSOR_DIAGONAL and _TENSOR_OFFDIAGONAL of a glTF file; a twisted bar's elsewhere), or
+    /// file), tensor (`_TENSOR_DIAGONAL` and `_TENSOR_OFFDIAGONAL` of a glTF file; a twisted bar's elsewhere), or
     /// `file:FIELD.txt` (one line "x y z" per vertex)
     #[arg(long, default_value_t = Field::default())]
     field: Field,

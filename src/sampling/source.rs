@@ -47,7 +47,7 @@ pub enum MetricSource {
     #[doc = include_str!("../../docs/images/metric_isotropic.svg")]
     #[default]
     Isotropic,
-    /// Ellipses with their long axis along a field. On surfaces.
+    /// Ellipses with their long axis along a field. On surfaces; vortices, snapshots and buffers are fields of waves only.
     ///
     #[doc = include_str!("../../docs/images/metric_field.svg")]
     Field {
@@ -55,7 +55,7 @@ pub enum MetricSource {
         field: DirectionField,
         /// Angle from the field to the long axis, in radians.
         turn: f32,
-        /// Long axis over short axis, 1 or more.
+        /// Long axis over short axis, 1..=[`MAX_RATIO`](Metric::MAX_RATIO).
         ratio: f32,
     },
     /// Ellipses along vectors, longer where the vectors are longer. On surfaces.
@@ -64,7 +64,7 @@ pub enum MetricSource {
     Vectors {
         /// One vector per vertex of the mesh, in the mesh's order and space. Circles where it vanishes.
         vectors: Arc<[Vec3]>,
-        /// Long axis over short axis where a vector has the full length or more; 1 or more.
+        /// Long axis over short axis where a vector has the full length or more; 1..=[`MAX_RATIO`](Metric::MAX_RATIO).
         ratio: f32,
         /// The full length, above 0; the ratio grows linearly up to it.
         full_length: f32,
@@ -156,6 +156,9 @@ impl Default for Metric {
 }
 
 impl Metric {
+    /// The largest ratio of axes: a metric that is longer is not positive definite in single precision.
+    pub const MAX_RATIO: f32 = 1000.0;
+
     /// A metric of a given shape, all else as by default.
     pub fn new(source: MetricSource) -> Self {
         Self { source, ..default() }
@@ -313,12 +316,7 @@ pub(super) fn positive(what: &'static str, value: f32) -> Result<(), PatternErro
 }
 
 fn check_ratio(ratio: f32) -> Result<(), PatternError> {
-    within(
-        "ratio",
-        ratio,
-        ratio.is_finite() && ratio >= 1.0,
-        "finite and 1 or more",
-    )
+    within("ratio", ratio, (1.0..=Metric::MAX_RATIO).contains(&ratio), "1..=1000")
 }
 
 pub(super) fn check_importance(importance: f32) -> Result<(), PatternError> {

@@ -71,7 +71,7 @@ impl TensorSettings {
     }
 }
 
-/// Gives a mesh the stress of a bar along y that is pulled, and twisted about its axis: σ_yy = 1, and across r a shear that
+/// Gives a mesh the stress of a bar along y that is pulled, and twisted about its axis: `σ_yy` = 1, and across r a shear that
 /// grows from 0 on the axis to 3 where the mesh reaches farthest from it.
 pub fn add_stress(mesh: &mut Mesh) {
     let Some(VertexAttributeValues::Float32x3(positions)) = mesh.attribute(Mesh::ATTRIBUTE_POSITION) else {
