@@ -5,6 +5,7 @@ mod common;
 use bevy::{mesh::PrimitiveTopology, prelude::*};
 use bevy_field_patterns::{
     prelude::*,
+    surface::SurfaceGraph,
     wave::{Coupling, Pattern, PatternArena, SolverCounters, carry_wave, quality},
 };
 use common::{add_mesh, app, graph, settle, shapes, update, wave};
@@ -22,10 +23,23 @@ fn mesh(app: &mut App) -> Handle<Mesh> {
     add_mesh(app, &shapes::torus(140, 70, 1.0, 0.4, 0.1, 2))
 }
 
+/// A surface in the world's space of its entity.
+fn in_world(mut graph: SurfaceGraph, linear: Mat3) -> SurfaceGraph {
+    let cofactors = linear.inverse().transpose();
+    graph.positions.iter_mut().for_each(|p| *p = linear * *p);
+    graph.normals.iter_mut().for_each(|n| *n = (cofactors * *n).normalize());
+    graph
+}
+
 /// The share of the mesh's vertices whose waves are not those that the twin carries onto them.
 fn share_off(app: &App, from: Entity, onto: Entity, coupling: Coupling) -> f32 {
+    share_off_in(app, from, onto, coupling, Mat3::IDENTITY)
+}
+
+fn share_off_in(app: &App, from: Entity, onto: Entity, coupling: Coupling, linear: Mat3) -> f32 {
     let (d, f, z) = wave(app, from);
-    let twin = carry_wave(&graph(app, from), &d, &f, &z, coupling, &graph(app, onto));
+    let [points, mesh] = [from, onto].map(|entity| in_world(graph(app, entity), linear));
+    let twin = carry_wave(&points, &d, &f, &z, coupling, &mesh);
     let (d, f, z) = wave(app, onto);
     let waves = coupling.waves.count();
     let off = (0..d.len()).filter(|&i| {
@@ -95,6 +109,28 @@ fn patterns_of_points_are_carried_as_the_twin_says() {
             assert_ne!(z, z_after);
         }
     }
+}
+
+/// Points whose pattern lives in the world take the mesh along into their space.
+#[test]
+fn patterns_in_the_world_are_carried() {
+    let mut app = app();
+    let (points, mesh) = (points(&mut app), mesh(&mut app));
+    let scale = Vec3::new(1.5, 1.0, 2.0);
+    let from = (
+        Mesh3d(points),
+        DirectionField::Axis(Dir3::Y),
+        Frequency::Uniform(6.0),
+        PatternSpace::World,
+        Transform::from_scale(scale),
+    );
+    let from = app.world_mut().spawn(from).id();
+    let onto = app.world_mut().spawn((Mesh3d(mesh), CarriesPattern { of: from })).id();
+    come_to_rest(&mut app);
+    let off = |linear| share_off_in(&app, from, onto, Symmetry::Vector.into(), linear);
+    let linear = Mat3::from_diagonal(scale);
+    assert!(off(linear) < 2e-3, "{}", off(linear));
+    assert!(off(Mat3::IDENTITY) > 0.2);
 }
 
 #[test]

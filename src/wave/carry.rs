@@ -19,7 +19,8 @@ use crate::{
 use bevy::prelude::*;
 
 /// Draws the pattern of another entity, a point cloud mostly, on the mesh of this one, and follows it as it changes. It takes
-/// the place of the entity's own field, frequency, symmetry and number of waves; they are those of the other one.
+/// the place of the entity's own field, frequency, symmetry, number of waves and space; they are those of the other one. Once it
+/// is removed, the entity has its own again.
 ///
 /// Each vertex of the mesh takes what its nearest points predict for it. Points and mesh must lie at the same place in their own
 /// spaces; where their entities stand counts for nothing, so both may be seen side by side. What is carried is not solved on the

@@ -42,13 +42,13 @@ fn a_symmetry_changes_together_with_its_directions() {
         direction: Principal::Major,
         smoothing,
     };
-    let spawn = (Mesh3d(mesh), curvature(1999), Symmetry::Line, Frequency::Uniform(6.0));
+    let spawn = (Mesh3d(mesh), curvature(999), Symmetry::Line, Frequency::Uniform(6.0));
     let entity = app.world_mut().spawn(spawn).id();
     settle(&mut app);
     let (before, ..) = wave(&app, entity);
     app.world_mut()
         .entity_mut(entity)
-        .insert((curvature(2000), Symmetry::Vector, FieldTurn(0.8)));
+        .insert((curvature(1000), Symmetry::Vector, FieldTurn(0.8)));
     let mut waited = 0;
     loop {
         update(&mut app);

@@ -18,6 +18,7 @@ use crate::{
     },
 };
 use bevy::{
+    math::Mat3A,
     prelude::*,
     tasks::{AsyncComputeTaskPool, Task, block_on, poll_once},
 };
@@ -27,6 +28,8 @@ use bevy::{
 pub(super) struct Source {
     record: u32,
     pub(super) coupling: Coupling,
+    /// As that of its [`Inputs`](super::Inputs).
+    pub(super) linear: Option<Mat3A>,
     positions: u32,
     graph: Handle<SurfaceGraph>,
     is_solved: bool,
@@ -40,6 +43,7 @@ impl Source {
         Some(Self {
             record: pattern.ranges.record,
             coupling: pattern.inputs.coupling,
+            linear: pattern.inputs.linear,
             positions: pattern.positions,
             graph: meshes.graph.clone(),
             is_solved: pattern.is_solved() && pattern.is_drawn(),

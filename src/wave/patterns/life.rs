@@ -164,10 +164,14 @@ pub(super) fn update_pattern(
     let graph = pack(&surface, source_mesh.id(), tools)?;
     let in_world = item.space.as_ref().is_some_and(|space| **space == PatternSpace::World);
     let rigged = Rigged::of(item, &surface, source_mesh.id(), in_world, tools)?;
-    let linear = item
-        .transform
-        .filter(|_| in_world)
-        .map(|transform| transform.affine().matrix3);
+    let linear = match source {
+        // In the space of the points.
+        Some(source) => source.linear,
+        None => item
+            .transform
+            .filter(|_| in_world)
+            .map(|transform| transform.affine().matrix3),
+    };
     if linear.is_some_and(|linear| !linear.is_finite()) {
         return Err(PatternError::SettingNotFinite(TRANSFORM));
     }
