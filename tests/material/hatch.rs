@@ -322,10 +322,7 @@ pub fn styles_choose_their_pass(scene: &mut Scene) {
         (HatchTone::Constant(0.4), false),
     ] {
         for cutout in [false, true] {
-            let mut material = over(Hatch {
-                cutout,
-                ..hatch(tone.clone())
-            });
+            let mut material = over(Hatch { cutout, ..hatch(tone) });
             material.base.opaque_render_method = OpaqueRendererMethod::Deferred;
             let material = scene.stage.add(material);
             scene.stage.app.update();

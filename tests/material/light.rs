@@ -67,15 +67,15 @@ fn shadow_edges(scene: &mut Scene, look: &Look) -> usize {
 /// Light from the side makes bumps seen on a surface of one colour; more so if they are higher.
 pub fn bumps_shade(scene: &mut Scene) {
     let sun = scene.stage.sun(Vec3::new(4.0, 0.0, 3.0), false);
-    let heights = [0.0, 0.01, 0.03].map(|bump| looks::bumped(scene, bump, 0.0));
-    for k in 0..heights[0].len() {
-        let [flat, low, high] = [0, 1, 2].map(|h| bump_contrast(scene, &heights[h][k], false));
-        let name = heights[0][k].name;
+    let [flat, low, high] = [0.0, 0.01, 0.03].map(|bump| looks::bumped(scene, bump, 0.0));
+    for ((flat, low), bumped) in flat.iter().zip(&low).zip(&high) {
+        let name = flat.name;
+        let [flat, low, high] = [flat, low, bumped].map(|look| bump_contrast(scene, look, false));
         assert!(
             flat < 0.3 * low && low < high,
             "{name}: contrasts {flat}, {low}, {high}"
         );
-        let bent_twice = bump_contrast(scene, &heights[2][k], true);
+        let bent_twice = bump_contrast(scene, bumped, true);
         assert!(
             (bent_twice - high).abs() < 0.05 * high,
             "{name}: with a normal prepass {bent_twice} instead of {high}"
