@@ -75,7 +75,7 @@ pub(super) fn fill(mesh: &FineMesh, sites: &mut [Site], labels: &mut Vec<u32>) {
 /// Brings the sites of cells that reach far towards their farthest points: at borders, and where the metric changes within
 /// a cell, as at the pole of a field, the centroid is not in its middle. Cells are connected before, so that no far point is
 /// hidden in a part that is cut off.
-pub(super) fn close(mesh: &FineMesh, sites: &mut [Site], labels: &mut Vec<u32>) {
+pub(super) fn close(mesh: &FineMesh, sites: &mut [Site], labels: &mut [u32]) {
     for _ in 0..PASSES {
         labels::connect(mesh, sites, labels);
         let mut far = vec![Far::default(); sites.len()];
@@ -96,8 +96,8 @@ pub(super) fn close(mesh: &FineMesh, sites: &mut [Site], labels: &mut Vec<u32>) 
 }
 
 /// Brings labels up to date after some sites have moved. Returns which cells have changed.
-fn relabel(mesh: &FineMesh, sites: &[Site], labels: &mut Vec<u32>, moved: Vec<bool>) -> Vec<bool> {
-    let before = labels.clone();
+fn relabel(mesh: &FineMesh, sites: &[Site], labels: &mut [u32], moved: Vec<bool>) -> Vec<bool> {
+    let before = labels.to_vec();
     labels::claim(mesh, sites, labels);
     let is_moved = |&v: &u32| moved.get(labels[v as usize] as usize) == Some(&true);
     let around = (0..mesh.len() as u32).filter(is_moved).collect();
