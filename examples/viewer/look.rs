@@ -1,6 +1,6 @@
 //! Turns the [`ViewerSettings`] into a [`PatternScene`] on the model.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 use bevy::{
     camera::primitives::Aabb,
@@ -8,7 +8,6 @@ use bevy::{
     prelude::*,
 };
 use bevy_field_patterns::{material::SceneStyle, prelude::*, wave::SolverSettings};
-use std::sync::Arc;
 
 use crate::{
     common::{headless::ReadyChecks, scene::outline},
