@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use bevy_field_patterns::{
     field::Principal,
     prelude::*,
+    surface::SurfaceGraph,
     wave::{Pattern, layout::FLAG_VECTOR, quality, solver::solve_cpu},
 };
 
@@ -73,38 +74,35 @@ fn a_symmetry_changes_together_with_its_directions() {
 
 /// The device knows the signs of a line field that it has followed; directions of the processor take them over.
 #[test]
-fn directions_after_an_axis_keep_its_signs() {
+fn directions_that_are_uploaded_keep_the_signs_before() {
     let mut app = app();
     let mesh = add_mesh(&mut app, &shapes::icosphere(4, 1.0));
-    let axis = |step: u32| Quat::from_rotation_z((step as f32 * 17.0).to_radians()) * Dir3::Y;
-    let spawn = (
-        Mesh3d(mesh),
-        DirectionField::Axis(axis(0)),
-        Symmetry::Line,
-        Frequency::Uniform(4.0),
-    );
+    let graph =
+        SurfaceGraph::from_mesh(app.world().resource::<Assets<Mesh>>().get(&mesh).unwrap(), &default()).unwrap();
+    let axis = |step: u32| Quat::from_rotation_z((step as f32 * 17.0).to_radians()) * Vec3::Y;
+    let projected = |step, v: u32| bevy_field_patterns::field::project_tangent(axis(step), graph.normals[v as usize]);
+    let field = |step, sign: f32| {
+        let given = graph.vertex_of.iter().map(|&v| sign * projected(step, v));
+        DirectionField::Tangents(given.collect())
+    };
+    let spawn = (Mesh3d(mesh), field(0, 1.0), Symmetry::Line, Frequency::Uniform(4.0));
     let entity = app.world_mut().spawn(spawn).id();
     settle(&mut app);
     for step in 1..=10 {
-        app.world_mut()
-            .entity_mut(entity)
-            .insert(DirectionField::Axis(axis(step)));
+        app.world_mut().entity_mut(entity).insert(field(step, 1.0));
         update(&mut app);
     }
     settle(&mut app);
     let (before, ..) = wave(&app, entity);
-    let graph = graph(&app, entity);
     // The axis has come past many normals, where its projections have the other sign by now.
-    let projected = |v: u32| bevy_field_patterns::field::project_tangent(*axis(10), graph.normals[v as usize]);
-    let given: Vec<Vec3> = graph.vertex_of.iter().map(|&v| projected(v)).collect();
     let reversed = |d: &[Vec3]| d.iter().zip(&before).filter(|(d, old)| d.dot(**old) < 0.0).count();
-    let as_given: Vec<Vec3> = (0..graph.len() as u32).map(projected).collect();
+    let as_given: Vec<Vec3> = (0..graph.len() as u32).map(|v| projected(10, v)).collect();
     assert!(reversed(&as_given) > 20, "the test shows nothing");
-    app.world_mut()
-        .entity_mut(entity)
-        .insert(DirectionField::Tangents(given.into()));
-    update(&mut app);
-    let (now, ..) = wave(&app, entity);
-    assert_eq!(reversed(&now), 0);
-    assert!(now.iter().zip(&before).all(|(d, old)| d.distance(*old) < 1e-4));
+    for sign in [-1.0, 1.0] {
+        app.world_mut().entity_mut(entity).insert(field(10, sign));
+        update(&mut app);
+        let (now, ..) = wave(&app, entity);
+        assert_eq!(reversed(&now), 0);
+        assert!(now.iter().zip(&before).all(|(d, old)| d.distance(*old) < 1e-4));
+    }
 }
