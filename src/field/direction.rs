@@ -68,7 +68,8 @@ pub enum DirectionField {
     /// unless the entity has [`PatternScalars`](super::PatternScalars).
     Tensor(TensorField),
     /// The smoothest field of lines or crosses that is drawn to curvature, boundary, creases or directions of your own;
-    /// smoothed on the device.
+    /// smoothed on the device. Where the surface moves or is edited, it continues from where it was by a few sweeps per frame,
+    /// [`steps`](SmoothField::steps) of them in all; a change of this component starts from nothing.
     Smooth(SmoothField),
     /// Vectors at a number of times, in ascending order, at least one; between two of them the device blends, as lines or
     /// as vectors by the [`Symmetry`]. [`FieldTime`](super::FieldTime) on the entity tells the time.
