@@ -32,13 +32,13 @@ struct Wave {
     phasor: vec2<f32>,
     // How well the corners agree: 0 (a branch) to 1.
     confidence: f32,
-    // grad(Phi) / 2 pi in the triangle's plane, rest space [periods/length].
+    // grad(Phi) / 2 pi in the triangle's plane, in the space of `position` [periods/length].
     gradient: vec3<f32>,
     // Unit direction, oriented as the phase is.
     direction: vec3<f32>,
     // [periods/length]
     frequency: f32,
-    // Rest position [length].
+    // In the space that the pattern is solved in: at rest, or as posed with `PatternPose::Live` [length].
     position: vec3<f32>,
     // Unit normal of the triangle; zero if it has no area.
     normal: vec3<f32>,

@@ -20,7 +20,7 @@
 // tag           word offset of the entity's record in `surface`, its MeshTag; 0: no pattern
 // triangle      index of the triangle in the drawn mesh
 // barycentrics  weights of corners 0 and 1 (of the drawn triangle); corner 2 has the rest
-// rest space    the mesh's own space, before skin, morph targets and transform [length]
+// rest space    the mesh's own space, before skin, morph targets and transform; with `PatternPose::Live` as posed [length]
 // Wave          fields and their units: `triangle_wave.wgsl`
 //
 // Do not import a function under the name of a field (`kite::phasor` and `wave.phasor`): naga_oil replaces both.

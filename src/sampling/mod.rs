@@ -11,12 +11,14 @@ pub mod metric;
 mod options;
 pub mod planar;
 mod plugin;
+mod point_metric;
 mod progress;
 mod quality;
 mod set;
 mod source;
 mod spectrum;
 pub mod surface;
+mod task;
 
 pub use image::Pixels;
 pub use options::*;

@@ -4,26 +4,21 @@
 //! [`SamplingState`].
 
 use super::{
-    Density, Importance, Metric, MetricSource, Pixels, Progress, SampleSet,
-    planar::{PlanarDomain, PlanarSampling, sample_plane},
-    source::{NEEDS_SURFACE, check_importance, check_structure, positive},
-    surface::{SurfaceMethod, SurfaceRelaxer, SurfaceSampling, sample_surface},
-    surface_metric,
+    Density, Metric, Progress, SampleSet,
+    planar::PlanarDomain,
+    surface::{SurfaceMethod, SurfaceRelaxer},
+    task::{Ground, SampleTask, start},
 };
 use crate::{
     error::PatternError,
-    sampling::metric::{on_plane, planar_ellipse},
     surface::{PatternMesh, SurfaceCache, SurfaceGraph, SurfacePlugin, SurfaceState, SurfaceSystems},
 };
 use bevy::{
     ecs::system::SystemParam,
-    math::{DVec2, DVec3},
-    mesh::PrimitiveTopology,
     platform::collections::HashSet,
     prelude::*,
-    tasks::{AsyncComputeTaskPool, Task, block_on, poll_once},
+    tasks::{block_on, poll_once},
 };
-use glam_matrix_extras::SymmetricDMat2;
 use std::sync::Arc;
 
 /// Samples every entity with [`AnisotropicSamples`].
@@ -121,17 +116,6 @@ impl Drop for Sampler {
     fn drop(&mut self) {
         self.progress.cancel();
     }
-}
-
-/// What carries the samples.
-#[derive(Clone)]
-enum Ground {
-    Plane(PlanarDomain),
-    Surface {
-        mesh: AssetId<Mesh>,
-        geometry: u32,
-        graph: Arc<SurfaceGraph>,
-    },
 }
 
 /// Asks for the graphs of meshes in the frame in which their data are still there.
@@ -236,7 +220,15 @@ fn update_samples(mut sampled: Query<Sampled>, mut tools: Tools, mut images: Mes
         let relaxer = current
             .as_mut()
             .map_or_else(default, |sampler| std::mem::take(&mut sampler.relaxer));
-        match start(&samples, &ground, set, relaxer, progress.clone(), &tools) {
+        match start(
+            &samples,
+            &ground,
+            set,
+            relaxer,
+            progress.clone(),
+            &tools.meshes,
+            tools.images.as_deref(),
+        ) {
             Ok(Some(task)) => {
                 state.set_if_neq(SamplingState::Sampling(0.0));
                 let new = Sampler {
@@ -268,37 +260,6 @@ fn update_samples(mut sampled: Query<Sampled>, mut tools: Tools, mut images: Mes
                 });
             }
         }
-    }
-}
-
-impl Ground {
-    fn is_same(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Plane(_), Self::Plane(_)) => true,
-            (
-                Self::Surface { mesh, geometry, .. },
-                Self::Surface {
-                    mesh: other_mesh,
-                    geometry: other_geometry,
-                    ..
-                },
-            ) => mesh == other_mesh && geometry == other_geometry,
-            _ => false,
-        }
-    }
-}
-
-impl AnisotropicSamples {
-    fn images(&self) -> impl Iterator<Item = &Handle<Image>> {
-        let metric = match &self.metric.source {
-            MetricSource::Image { image, .. } => Some(image),
-            _ => None,
-        };
-        let importance = match &self.metric.importance {
-            Importance::Image { image, .. } => Some(image),
-            _ => None,
-        };
-        metric.into_iter().chain(importance)
     }
 }
 
@@ -345,151 +306,6 @@ fn ground(
         geometry: surface.geometry,
         graph,
     }))
-}
-
-/// Steps of relaxation after a change that samples follow.
-const STEPS_TO_FOLLOW: u32 = 3;
-
-type SampleTask = Task<(Result<SampleSet, PatternError>, SurfaceRelaxer)>;
-
-/// Starts to sample; `None` while an image is missing.
-fn start(
-    samples: &AnisotropicSamples,
-    ground: &Ground,
-    set: Option<&SampleSet>,
-    mut relaxer: SurfaceRelaxer,
-    progress: Progress,
-    tools: &Tools,
-) -> Result<Option<SampleTask>, PatternError> {
-    let samples = samples.clone();
-    let pool = AsyncComputeTaskPool::get();
-    match ground.clone() {
-        Ground::Surface { mesh, graph, .. } => {
-            let mesh = if samples.metric.needs_mesh() {
-                tools.meshes.get(mesh).ok_or(PatternError::MeshDataTaken)?.clone()
-            } else {
-                Mesh::new(PrimitiveTopology::TriangleList, default())
-            };
-            let before = set.filter(|set| samples.follow && set.seeds.len() == graph.triangles.len());
-            let before = before.cloned();
-            Ok(Some(pool.spawn(async move {
-                let set = on_surface(&samples, &graph, &mesh, before.as_ref(), &mut relaxer, &progress);
-                (set, relaxer)
-            })))
-        }
-        Ground::Plane(domain) => {
-            let mut pixels = Vec::new();
-            for handle in samples.images() {
-                match tools.images.as_ref().and_then(|images| images.get(handle)) {
-                    Some(image) => pixels.push(Pixels::new(image)?),
-                    None => return Ok(None),
-                }
-            }
-            Ok(Some(pool.spawn(async move {
-                (in_plane(&samples, &domain, pixels, &progress), relaxer)
-            })))
-        }
-    }
-}
-
-/// Samples of a mesh; going on from those `before`, if any.
-fn on_surface(
-    samples: &AnisotropicSamples,
-    graph: &SurfaceGraph,
-    mesh: &Mesh,
-    before: Option<&SampleSet>,
-    relaxer: &mut SurfaceRelaxer,
-    progress: &Progress,
-) -> Result<SampleSet, PatternError> {
-    let metric = surface_metric(&samples.metric, graph, mesh)?;
-    let mut options = SurfaceSampling {
-        density: samples.density,
-        method: samples.method,
-        seed: samples.seed,
-        ..default()
-    };
-    let sampled = if let Some(before) = before {
-        options.steps = samples.steps.unwrap_or(STEPS_TO_FOLLOW);
-        relaxer.relax(graph, &metric, before, &options, progress)?
-    } else {
-        options.steps = samples.steps.unwrap_or(options.steps);
-        sample_surface(graph, &metric, &options, progress)?
-    };
-    Ok(sampled.set)
-}
-
-/// Samples of a plane. `pixels` are those of [`AnisotropicSamples::images`].
-fn in_plane(
-    samples: &AnisotropicSamples,
-    domain: &PlanarDomain,
-    pixels: Vec<Pixels>,
-    progress: &Progress,
-) -> Result<SampleSet, PatternError> {
-    let metric = planar_metric(&samples.metric, domain, pixels)?;
-    let mut options = match samples.method {
-        SurfaceMethod::Paper => PlanarSampling::paper(),
-        _ => PlanarSampling::default(),
-    };
-    options.density = samples.density;
-    options.seed = samples.seed;
-    if let Some(steps) = samples.steps {
-        options.steps = steps;
-    }
-    let set = sample_plane(domain, &metric, &options, progress)?.set();
-    set.check_radii()?;
-    Ok(set)
-}
-
-type PointMetric = Box<dyn Fn(DVec2) -> SymmetricDMat2 + Send + Sync>;
-
-/// The metric at each point of a plane. `pixels` are those of [`AnisotropicSamples::images`].
-fn planar_metric(metric: &Metric, domain: &PlanarDomain, pixels: Vec<Pixels>) -> Result<PointMetric, PatternError> {
-    use super::planar::PlanarMetric;
-    positive("Metric::size", metric.size)?;
-    let size = f64::from(metric.size);
-    let (min, max) = domain.bounds();
-    let mut pixels = pixels.into_iter();
-    let shape: PointMetric = match &metric.source {
-        MetricSource::Isotropic => {
-            let m = planar_ellipse(0.0, size, size);
-            Box::new(move |_| m)
-        }
-        MetricSource::Image { structure, .. } => {
-            check_structure(structure)?;
-            let Some(image) = pixels.next() else {
-                return Err(NEEDS_SURFACE);
-            };
-            let grid = image.metric(min, max, structure)?;
-            Box::new(move |p| grid.at(p) * size.powi(-2))
-        }
-        MetricSource::Function(function) => {
-            let function = function.clone();
-            Box::new(move |p| {
-                let m = function.at(p.extend(0.0).as_vec3());
-                on_plane(&m.as_symmetric_dmat3(), DVec3::X, DVec3::Y)
-            })
-        }
-        _ => return Err(NEEDS_SURFACE),
-    };
-    Ok(match &metric.importance {
-        Importance::Uniform => shape,
-        Importance::Function(function) => {
-            let function = function.clone();
-            Box::new(move |p| shape(p) * f64::from(function.at(p.extend(0.0).as_vec3())))
-        }
-        Importance::Image { floor, .. } => {
-            let floor = floor.clamp(1e-3, 1.0);
-            check_importance(floor)?;
-            let Some(image) = pixels.next() else {
-                return Err(NEEDS_SURFACE);
-            };
-            Box::new(move |p| {
-                let bright = Pixels::luminance(image.at(((p - min) / (max - min)).as_vec2()));
-                shape(p) * f64::from(floor.lerp(1.0, bright.clamp(0.0, 1.0)))
-            })
-        }
-        Importance::Attribute(_) | Importance::Vertices(_) => return Err(NEEDS_SURFACE),
-    })
 }
 
 /// Says once why an entity has no samples.
