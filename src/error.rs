@@ -91,6 +91,9 @@ pub enum PatternError {
     /// The style needs two waves.
     #[error("{0} needs two waves; give the entity Waves::Orthogonal or Waves::Cross")]
     NeedsTwoWaves(&'static str),
+    /// The style draws one wave of a cross field.
+    #[error("{0} is one of two waves, but those of Waves::Cross cannot be told apart; draw StripeWaves::Both")]
+    NeedsBothWaves(&'static str),
     /// The entity is a point cloud, whose points have no triangles to take normals from.
     #[error("a point cloud cannot be posed; give it PatternPose::Rest")]
     LiveCloud,

@@ -196,6 +196,15 @@ fn patterns_fit_their_style() {
     app.world_mut()
         .entity_mut(entity)
         .remove::<MeshMaterial3d<PatternTextureMaterial>>()
-        .insert(MeshMaterial3d(stripes));
+        .insert(MeshMaterial3d(stripes.clone()));
+    assert_eq!(state(&mut app), PatternState::Converged);
+    // But not one of two that are not told apart.
+    app.world_mut().entity_mut(entity).insert(Waves::Cross);
+    let wants_both = PatternState::Failed(PatternError::NeedsBothWaves("StripeWaves::First"));
+    assert_eq!(state(&mut app), wants_both);
+    let mut materials = app.world_mut().resource_mut::<Assets<StripeMaterial>>();
+    if let Some(mut material) = materials.get_mut(&stripes) {
+        material.extension.waves = StripeWaves::Both;
+    }
     assert_eq!(state(&mut app), PatternState::Converged);
 }

@@ -1,19 +1,19 @@
 #define_import_path bevy_field_patterns::families
 
-// Which waves a style draws as stripes: the words of `StripeWaves`.
+// Which waves a style draws as stripes (`StripeWaves`): the first, with WAVES_SECOND the second, with WAVES_BOTH both. The
+// shader of one wave has nothing of two in it, for that costs as much again.
 
-#import bevy_field_patterns::wave::{PatternPoint, is_cross, waves_of}
+#import bevy_field_patterns::triangle_wave::Wave
+#import bevy_field_patterns::wave::{PatternPoint, sample_second_wave, sample_wave, waves_of}
 
-const FAMILIES_FIRST: u32 = 0u;
-const FAMILIES_SECOND: u32 = 1u;
-const FAMILIES_BOTH: u32 = 2u;
-
-fn families_of(point: PatternPoint, wanted: u32) -> u32 {
-    if waves_of(point) < 2u {
-        return FAMILIES_FIRST;
+// The wave whose stripes are drawn, or the first of both; the first where there is one only.
+fn drawn_wave(point: PatternPoint) -> Wave {
+#ifdef WAVES_SECOND
+    if waves_of(point) == 2u {
+        return sample_second_wave(point);
     }
-    // Either wave of a cross field alone would end where it comes back as the other.
-    return select(wanted, FAMILIES_BOTH, is_cross(point));
+#endif
+    return sample_wave(point);
 }
 
 // The union of two layers, each premultiplied with its share of the pixel. Where they cross, none lies above the other.

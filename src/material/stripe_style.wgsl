@@ -7,13 +7,11 @@
 // layer      colour over the base, premultiplied with its alpha
 // focus      1 where the style applies, 0 where not
 
-#import bevy_field_patterns::families::{
-    FAMILIES_BOTH, FAMILIES_SECOND, crossed_layers, crossed_share, families_of,
-}
+#import bevy_field_patterns::families::{crossed_layers, crossed_share, drawn_wave}
 #import bevy_field_patterns::focus::{Focus, focus_weight, limited, FOCUS_COLOR, FOCUS_CUTOUT, FOCUS_WIDTH}
 #import bevy_field_patterns::paint::{Paint, kept_layer, premultiplied}
 #import bevy_field_patterns::triangle_wave::Wave
-#import bevy_field_patterns::wave::{PatternPoint, pattern_frame, sample_pair, sample_second_wave, sample_wave}
+#import bevy_field_patterns::wave::{PatternPoint, pattern_frame, sample_pair, waves_of}
 #import bevy_field_patterns::coverage::{Coverage, soft_width, pulse_coverage, sine_coverage, sawtooth_coverage}
 #ifdef STRIPES_DEBUG
 #import bevy_field_patterns::stripe_debug::debug_color
@@ -37,7 +35,6 @@ struct Stripes {
     softness: f32,
     phase_offset: f32,
     phase_speed: f32,
-    families: u32,
     profile: u32,
     debug: u32,
     // 1 to filter the profile over the pixel, 0 to take one point of it [pixels]
@@ -135,6 +132,7 @@ fn family_at(wave: Wave, focus: f32, time: f32) -> Stripe {
     return out;
 }
 
+#ifdef WAVES_BOTH
 // The union of two families, as all pieces of a triangle see it.
 fn crossed_at(point: PatternPoint, focus: f32, time: f32) -> Stripe {
     let frame = pattern_frame(point);
@@ -151,16 +149,17 @@ fn crossed_at(point: PatternPoint, focus: f32, time: f32) -> Stripe {
     }
     return sum;
 }
+#endif
 
-// At a point that has a pattern; `wave` is its first wave.
+// At a point that has a pattern; `wave` is the one that is drawn, or the first of both.
 fn stripe_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>, time: f32) -> Stripe {
     let focus = focus_weight(stripes.focus, world_position);
-    var out: Stripe;
-    switch families_of(point, stripes.families) {
-        case FAMILIES_BOTH: { out = crossed_at(point, focus, time); }
-        case FAMILIES_SECOND: { out = family_at(sample_second_wave(point), focus, time); }
-        default: { out = family_at(wave, focus, time); }
+    var out = family_at(wave, focus, time);
+#ifdef WAVES_BOTH
+    if waves_of(point) == 2u {
+        out = crossed_at(point, focus, time);
     }
+#endif
     out.focus = focus;
     out.layer += premultiplied(stripes.gap_color) * (1.0 - out.coverage);
     out.solid = mix(1.0, out.solid, limited(stripes.focus, focus, FOCUS_CUTOUT));
@@ -173,7 +172,7 @@ fn stripe_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>, time: f
 
 fn paint_pattern(point: PatternPoint, frag_coord: vec4<f32>, world_position: vec3<f32>, time: f32) -> Paint {
     var paint: Paint;
-    let wave = sample_wave(point);
+    let wave = drawn_wave(point);
     if !wave.defined {
         return paint;
     }

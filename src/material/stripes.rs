@@ -63,8 +63,9 @@ impl Profile {
 
 /// The stripes that are drawn where a pattern has two waves ([`Waves`](crate::wave::Waves)).
 ///
-/// Those of a cross field are always both drawn: it does not tell its two waves apart, so one of them alone would end in
-/// seams where it comes back as the other.
+/// A cross field does not tell its two waves apart, so that one of them alone would end in seams where it comes back as the
+/// other: it needs [`StripeWaves::Both`], or fails with [`PatternError::NeedsBothWaves`](crate::error::PatternError::NeedsBothWaves).
+/// Where there is one wave, that one is drawn.
 #[derive(Reflect, Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[reflect(Default, Clone, PartialEq, Hash)]
 pub enum StripeWaves {
@@ -75,6 +76,25 @@ pub enum StripeWaves {
     Second,
     /// Of both: the union of their stripes.
     Both,
+}
+
+impl StripeWaves {
+    /// The setting that cannot be had on a cross field.
+    pub(super) fn needs_apart(self) -> Option<&'static str> {
+        match self {
+            Self::First => Some("StripeWaves::First"),
+            Self::Second => Some("StripeWaves::Second"),
+            Self::Both => None,
+        }
+    }
+
+    /// Definitions for `families.wgsl`.
+    pub(super) fn variants(self) -> [(bool, &'static str); 2] {
+        [
+            (self == Self::Second, "WAVES_SECOND"),
+            (self == Self::Both, "WAVES_BOTH"),
+        ]
+    }
 }
 
 /// What a stripe changes on the base material.
@@ -218,7 +238,6 @@ impl Stripes {
                 softness: self.softness.clamp(0.0, 1.0),
                 phase_offset: self.phase_offset,
                 phase_speed: self.phase_speed,
-                families: self.waves as u32,
                 profile,
                 debug: self.debug as u32,
                 filter_width: if self.anti_aliasing { 1.0 } else { 0.0 },
@@ -239,7 +258,6 @@ struct StripesUniform {
     softness: f32,
     phase_offset: f32,
     phase_speed: f32,
-    families: u32,
     profile: u32,
     debug: u32,
     filter_width: f32,
@@ -264,6 +282,7 @@ struct StripesBinding {
 /// Settings that select a variant of the shaders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct StripesKey {
+    waves: StripeWaves,
     image: bool,
     cutout: bool,
     bump: bool,
@@ -273,6 +292,7 @@ pub struct StripesKey {
 impl Stripes {
     fn key(&self) -> StripesKey {
         StripesKey {
+            waves: self.waves,
             image: self.profile.image().is_some(),
             cutout: self.cutout,
             bump: self.drive.bump != 0.0,
@@ -293,13 +313,17 @@ impl MaterialExtension for Stripes {
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
         let StripesKey {
+            waves,
             image,
             cutout,
             bump,
             debug,
         } = key.bind_group_data;
+        let [second, both] = waves.variants();
         let variants = [
             (true, "PATTERN_STRIPES"),
+            second,
+            both,
             (cutout, "PATTERN_CUTOUT"),
             (bump, "PATTERN_BUMP"),
             (image, "STRIPES_IMAGE"),
@@ -321,6 +345,7 @@ impl WaveStyle for Stripes {
     fn needs(&self) -> StyleNeeds {
         StyleNeeds {
             vector: self.requires_vector_symmetry(),
+            apart: self.waves.needs_apart(),
             ..default()
         }
     }

@@ -206,7 +206,6 @@ struct TensorUniform {
     line_width: f32,
     softness: f32,
     emissive: f32,
-    families: u32,
     filter_width: f32,
 }
 
@@ -238,7 +237,6 @@ impl Tensor {
                 line_width: self.line_width.max(0.0),
                 softness: self.softness.clamp(0.0, 1.0),
                 emissive: self.emissive.max(0.0),
-                families: self.waves as u32,
                 filter_width: if self.anti_aliasing { 1.0 } else { 0.0 },
             },
         }
@@ -248,12 +246,16 @@ impl Tensor {
 /// Settings that select a variant of the shaders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TensorKey {
+    waves: StripeWaves,
     cutout: bool,
 }
 
 impl Tensor {
     fn key(&self) -> TensorKey {
-        TensorKey { cutout: self.cutout }
+        TensorKey {
+            waves: self.waves,
+            cutout: self.cutout,
+        }
     }
 }
 
@@ -269,7 +271,10 @@ impl WaveStyle for Tensor {
     }
 
     fn needs(&self) -> StyleNeeds {
-        StyleNeeds::default()
+        StyleNeeds {
+            apart: self.waves.needs_apart(),
+            ..default()
+        }
     }
 
     fn is_cutout(&self) -> bool {
@@ -286,7 +291,9 @@ impl MaterialExtension for Tensor {
         layout: &MeshVertexBufferLayoutRef,
         key: MaterialExtensionKey<Self>,
     ) -> Result<(), SpecializedMeshPipelineError> {
-        let variants = [(true, "PATTERN_TENSOR"), (key.bind_group_data.cutout, "PATTERN_CUTOUT")];
+        let TensorKey { waves, cutout } = key.bind_group_data;
+        let [second, both] = waves.variants();
+        let variants = [(true, "PATTERN_TENSOR"), second, both, (cutout, "PATTERN_CUTOUT")];
         select_variant(descriptor, layout, &variants)
     }
 }

@@ -7,15 +7,11 @@
 // share     share of the pixel that is stripe
 
 #import bevy_field_patterns::coverage::{pixel_of, pulse_coverage, soft_width, step_coverage}
-#import bevy_field_patterns::families::{
-    FAMILIES_BOTH, FAMILIES_SECOND, crossed_layers, crossed_share, families_of,
-}
+#import bevy_field_patterns::families::{crossed_layers, crossed_share, drawn_wave}
 #import bevy_field_patterns::focus::{Focus, FOCUS_COLOR, FOCUS_CUTOUT, FOCUS_WIDTH, focus_weight, limited}
 #import bevy_field_patterns::paint::{Paint, kept_layer, premultiplied}
 #import bevy_field_patterns::triangle_wave::Wave
-#import bevy_field_patterns::wave::{
-    PatternPoint, pattern_frame, sample_pair, sample_scalars, sample_second_wave, sample_wave,
-}
+#import bevy_field_patterns::wave::{PatternPoint, pattern_frame, sample_pair, sample_scalars, waves_of}
 
 const TAU: f32 = 6.283185307179586;
 
@@ -40,7 +36,6 @@ struct Tensor {
     line_width: f32,
     softness: f32,
     emissive: f32,
-    families: u32,
     // 1 to filter over the pixel, 0 to take one point of it [pixels]
     filter_width: f32,
 }
@@ -95,6 +90,7 @@ fn family_at(wave: Wave, first: Reading, second: Reading, focus: f32) -> TensorS
     return out;
 }
 
+#ifdef WAVES_BOTH
 fn both_at(point: PatternPoint, first: Reading, second: Reading, focus: f32) -> TensorStripe {
     let frame = pattern_frame(point);
     var sum: TensorStripe;
@@ -109,8 +105,9 @@ fn both_at(point: PatternPoint, first: Reading, second: Reading, focus: f32) -> 
     }
     return sum;
 }
+#endif
 
-// At a point that has a pattern; `wave` is its first wave.
+// At a point that has a pattern; `wave` is the one that is drawn, or the first of both.
 fn tensor_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>) -> TensorStripe {
     let focus = focus_weight(tensor.focus, world_position);
     // Scalars are linear in the barycentrics: so are their derivatives in those of the barycentrics.
@@ -120,12 +117,12 @@ fn tensor_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>) -> Tens
     let first = reading_of(tensor.first, value.x, vec2(dx.x, dy.x));
     let second = reading_of(tensor.second, value.y, vec2(dx.y, dy.y));
 
-    var out: TensorStripe;
-    switch families_of(point, tensor.families) {
-        case FAMILIES_BOTH: { out = both_at(point, first, second, focus); }
-        case FAMILIES_SECOND: { out = family_at(sample_second_wave(point), first, second, focus); }
-        default: { out = family_at(wave, first, second, focus); }
+    var out = family_at(wave, first, second, focus);
+#ifdef WAVES_BOTH
+    if waves_of(point) == 2u {
+        out = both_at(point, first, second, focus);
     }
+#endif
     out.focus = focus;
     out.layer += premultiplied(tensor.gap_color) * (1.0 - out.share);
     let line = crossed_share(first.line, second.line);
@@ -139,7 +136,7 @@ fn tensor_at(point: PatternPoint, wave: Wave, world_position: vec3<f32>) -> Tens
 
 fn paint_pattern(point: PatternPoint, frag_coord: vec4<f32>, world_position: vec3<f32>, time: f32) -> Paint {
     var paint: Paint;
-    let wave = sample_wave(point);
+    let wave = drawn_wave(point);
     if !wave.defined {
         return paint;
     }

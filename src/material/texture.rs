@@ -333,6 +333,7 @@ impl WaveStyle for PatternTexture {
         StyleNeeds {
             vector: self.requires_vector_symmetry(),
             two_waves: Some("PatternTexture"),
+            ..default()
         }
     }
 

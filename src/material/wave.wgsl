@@ -33,7 +33,7 @@
 #import bevy_field_patterns::triangle_pair::{
     PairCorners, Turns, WavePair, corner_turns, pair_in_triangle, pair_pieces,
 }
-#import bevy_field_patterns::triangle_wave::{Corners, Wave, add_share, blended, wave_in_triangle}
+#import bevy_field_patterns::triangle_wave::{Corners, Wave, wave_in_triangle}
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(100) var<storage, read> surface: array<u32>;
 @group(#{MATERIAL_BIND_GROUP}) @binding(101) var<storage, read> geometry: array<vec4<f32>>;
@@ -87,47 +87,28 @@ struct TexturePoint {
 }
 
 // The wave at a point, the first one where there are two. `defined` is false without a pattern, or before its first solve.
+// The two waves of a cross field cannot be told apart, so that either alone ends in seams: take both (`sample_pair`).
 fn sample_wave(point: PatternPoint) -> Wave {
-    var wave: Wave;
-    if !has_pattern(point) {
-        return wave;
-    }
-    if waves_of(point) == 2u {
-        return sample_either(point, 0u);
-    }
-    let corners = load_corners(point, 0u);
-    wave = wave_in_triangle(corners, is_vector(point), point.b);
-    return with_footprint(wave, corners, point);
+    return sample_one(point, 0u);
 }
 
 // The wave along n x d; undefined where there is one wave only.
 fn sample_second_wave(point: PatternPoint) -> Wave {
     var wave: Wave;
-    if !has_pattern(point) || waves_of(point) < 2u {
-        return wave;
+    if waves_of(point) == 2u {
+        wave = sample_one(point, 1u);
     }
-    return sample_either(point, 1u);
+    return wave;
 }
 
-fn sample_either(point: PatternPoint, r: u32) -> Wave {
-    let frame = pattern_frame(point);
-    var blend: Wave;
-    for (var piece = 0u; piece < frame.pieces; piece++) {
-        let pair = sample_pair(frame, point, piece);
-        var wave = pair.first;
-        if r == 1u {
-            wave = pair.second;
-        }
-        if frame.pieces == 1u {
-            return wave;
-        }
-        blend = add_share(blend, wave, pair.weight);
-        blend.defined = true;
-        blend.odd = true;
-        blend.position = wave.position;
-        blend.normal = wave.normal;
+fn sample_one(point: PatternPoint, r: u32) -> Wave {
+    var wave: Wave;
+    if !has_pattern(point) {
+        return wave;
     }
-    return with_footprint(blended(blend), frame.corners.first, point);
+    let corners = load_corners(point, r);
+    wave = wave_in_triangle(corners, is_vector(point), point.b);
+    return with_footprint(wave, corners, point);
 }
 
 fn pattern_frame(point: PatternPoint) -> PatternFrame {

@@ -1,6 +1,6 @@
 //! What users can read of a pattern, and the events it sends.
 
-use super::waves::Coupling;
+use super::waves::{Coupling, Waves};
 use crate::{error::PatternError, field::Symmetry};
 use bevy::prelude::*;
 
@@ -56,6 +56,8 @@ pub struct StyleNeeds {
     pub vector: Option<&'static str>,
     /// Two waves, or [`PatternError::NeedsTwoWaves`].
     pub two_waves: Option<&'static str>,
+    /// Two waves that are told apart, so no cross field, or [`PatternError::NeedsBothWaves`].
+    pub apart: Option<&'static str>,
 }
 
 impl StyleNeeds {
@@ -67,6 +69,7 @@ impl StyleNeeds {
             Self { vector: Some(what), .. } if coupling.symmetry == Symmetry::Line => {
                 Err(PatternError::NeedsVectorSymmetry(what))
             }
+            Self { apart: Some(what), .. } if coupling.waves == Waves::Cross => Err(PatternError::NeedsBothWaves(what)),
             _ => Ok(()),
         }
     }

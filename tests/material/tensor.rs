@@ -114,7 +114,11 @@ pub fn turns_and_holes(scene: &mut Scene) {
     let mesh = scene.stage.add(patterns[0].mesh());
     let tags = patterns.map(|pattern| scene.memory.push(&pattern));
     scene.upload();
-    let pictures = tags.map(|tag| draw(scene, &mesh, tag, style(), square_on(128)));
+    let both = || Tensor {
+        waves: StripeWaves::Both,
+        ..style()
+    };
+    let pictures = tags.map(|tag| draw(scene, &mesh, tag, both(), square_on(128)));
     pictures[0].save("tensor woven");
     assert!(pictures[0].max_difference(&pictures[1]) < 2e-3);
     assert!(
@@ -122,11 +126,8 @@ pub fn turns_and_holes(scene: &mut Scene) {
         "the comparison cannot fail"
     );
 
-    let whole = draw(scene, &mesh, tags[0], style(), square_on(128));
-    let cut = Tensor {
-        cutout: true,
-        ..style()
-    };
+    let whole = draw(scene, &mesh, tags[0], both(), square_on(128));
+    let cut = Tensor { cutout: true, ..both() };
     let holes = draw(scene, &mesh, tags[0], cut, square_on(128));
     holes.save("tensor holes");
     for (a, b) in whole.pixels.iter().zip(&holes.pixels) {

@@ -27,6 +27,17 @@ pub struct Ground {
     pub focus: Focus,
 }
 
+impl Ground {
+    /// The stripes to draw: all that there are.
+    pub fn stripe_waves(&self) -> StripeWaves {
+        if self.waves == Waves::Single {
+            StripeWaves::First
+        } else {
+            StripeWaves::Both
+        }
+    }
+}
+
 /// A colour from the panel.
 pub fn srgb([red, green, blue]: [u8; 3]) -> Color {
     Color::srgb_u8(red, green, blue)

@@ -57,6 +57,7 @@ impl StripeSettings {
     /// The look; what needs the phase itself is left out where a field of lines does not have one.
     pub fn look(&self, ground: &Ground, style: Style) -> Stripes {
         Stripes {
+            waves: ground.stripe_waves(),
             color: srgb(self.color).into(),
             duty: self.duty,
             softness: self.softness,

@@ -54,6 +54,7 @@ impl TensorSettings {
             second: styled(Eigenvalue::SECOND),
             softness: self.softness,
             line_width: self.line,
+            waves: ground.stripe_waves(),
             focus: ground.focus,
             ..default()
         }

@@ -102,7 +102,9 @@ pub(super) fn update_pattern(
     // What a style refused starts anew once the style or the field allows it.
     let refused = matches!(
         &*item.state,
-        PatternState::Failed(PatternError::NeedsVectorSymmetry(_) | PatternError::NeedsTwoWaves(_))
+        PatternState::Failed(
+            PatternError::NeedsVectorSymmetry(_) | PatternError::NeedsTwoWaves(_) | PatternError::NeedsBothWaves(_)
+        )
     );
     let fresh = fresh || refused;
     let touched = item.mesh.is_changed()
