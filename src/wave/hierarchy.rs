@@ -8,8 +8,9 @@
 //! aggregates. No coarse position, normal or direction is needed.
 
 use super::{
+    edges::{Edges, conj, with_swap},
     kite::cmul,
-    solver::{Edges, Relaxation, conj, normalize_or, sweep, with_swap},
+    solver::{Relaxation, normalize_or, sweep},
 };
 use crate::surface::{Level, SurfaceGraph};
 use bevy::math::Vec2;

@@ -14,6 +14,7 @@
 mod arena;
 mod carry;
 mod crease;
+mod edges;
 mod frame;
 mod hierarchy;
 pub mod kite;
