@@ -2,7 +2,7 @@
 
 use crate::*;
 
-pub fn zoo() -> Vec<(String, Triangles)> {
+pub(crate) fn zoo() -> Vec<(String, Triangles)> {
     let cube_corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2) as f32);
     let cube = [
         [0, 2, 1],
