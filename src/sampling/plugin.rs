@@ -56,7 +56,7 @@ pub struct AnisotropicSamples {
     /// How many. Default 1000.
     pub density: Density,
     /// How, on a mesh. In a plane, [`SurfaceMethod::Paper`] asks for
-    /// [`PlanarSampling::paper`] and the others for its default.
+    /// [`PlanarSampling::paper`](super::planar::PlanarSampling::paper) and the others for its default.
     pub method: SurfaceMethod,
     /// Steps of relaxation; `None` for the method's own choice. More are more regular; 10 look random and even.
     pub steps: Option<u32>,
