@@ -14,7 +14,8 @@ pub enum PatternState {
     Preparing,
     /// An input has changed within the last frames; the pattern is drawn and follows. After a leap it is solved from nothing:
     /// where an axis or [`FieldTurn`](crate::field::FieldTurn) turns by more than half a radian in a frame, a uniform frequency
-    /// changes by more than a quarter, a vortex moves by more than its radius, or the kind of field or frequency is another.
+    /// changes by more than a quarter, a vortex moves by more than its radius, the kind of field or frequency is another, or, in
+    /// [`PatternSpace::World`](crate::field::PatternSpace), the transform's axes change by more than a quarter of their lengths.
     Solving,
     /// Nothing changes and nothing is computed.
     Converged,

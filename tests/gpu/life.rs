@@ -260,3 +260,38 @@ fn a_mesh_that_is_kept_keeps_no_gpu_memory() {
         assert_eq!(app.world().resource::<PatternArena>().memory().used, 0);
     }
 }
+
+/// In the world a pattern keeps its width when its entity gets another parent, of another size.
+#[test]
+fn another_parent_is_another_size() {
+    let mut app = app();
+    let mesh = add_mesh(&mut app, &shapes::icosphere(4, 1.0));
+    let [one, two] = [1.0, 2.0].map(|size| app.world_mut().spawn(Transform::from_scale(Vec3::splat(size))).id());
+    let mut child = |parent| {
+        let pattern = (
+            DirectionField::Axis(Dir3::Y),
+            Frequency::Uniform(3.0),
+            PatternSpace::World,
+        );
+        app.world_mut()
+            .spawn((Mesh3d(mesh.clone()), pattern, ChildOf(parent)))
+            .id()
+    };
+    let [moved, born] = [child(one), child(two)];
+    settle(&mut app);
+    let energy = |app: &App, entity, size: f32| {
+        let (d, f, z) = wave(app, entity);
+        let mut graph = graph(app, entity);
+        graph.positions.iter_mut().for_each(|p| *p *= size);
+        quality(&graph, &d, &f, &z, Symmetry::Vector).energy
+    };
+    let (before, wanted) = (energy(&app, moved, 1.0), energy(&app, born, 2.0));
+    assert!(
+        energy(&app, moved, 2.0) > 10.0 * before.max(wanted),
+        "the comparison can fail"
+    );
+    app.world_mut().entity_mut(moved).insert(ChildOf(two));
+    settle(&mut app);
+    let after = energy(&app, moved, 2.0);
+    assert!(after < 1.5 * wanted, "{after} instead of {wanted}");
+}

@@ -8,12 +8,15 @@ use crate::{
     field::Symmetry,
     wave::layout::{DIRECTION_AXIS, FREQUENCY_UNIFORM, PatternRecord},
 };
-use bevy::math::Vec3;
+use bevy::math::{Mat3A, Vec3};
 
 /// Radians by which an axis or all directions may turn in a frame.
 const TURN: f32 = 0.5;
 /// The factor by which all frequencies may grow or shrink in a frame.
 const GROWTH: f32 = 1.25;
+
+/// The change of a transform's axes in a frame, as a part of their lengths.
+const MOTION: f32 = 0.25;
 
 /// Directions, frequencies and their parameters of a pattern.
 type Sources<'a> = (&'a PatternRecord, &'a Parameters);
@@ -26,6 +29,17 @@ pub(super) fn leaps((old, before): Sources, (new, now): Sources, symmetry: Symme
         || new.sources & 0xff == DIRECTION_AXIS && axis_leaps(old.axis, new.axis, symmetry)
         || new.sources >> 8 & 0xff == FREQUENCY_UNIFORM && grows(old.frequency, new.frequency)
         || cores_leap(&before.cores, &now.cores)
+}
+
+/// An entity's linear part, where its pattern lives in the world.
+pub(super) fn linear_leaps(old: Option<Mat3A>, new: Option<Mat3A>) -> bool {
+    let (Some(old), Some(new)) = (old, new) else {
+        return false;
+    };
+    let motion = new * old.inverse() - Mat3A::IDENTITY;
+    let change = (0..3).map(|k| motion.col(k).length()).fold(0.0, f32::max);
+    // Where it was flat, its motion is no number.
+    !motion.is_finite() || change > MOTION
 }
 
 fn axis_leaps(old: [f32; 3], new: [f32; 3], symmetry: Symmetry) -> bool {

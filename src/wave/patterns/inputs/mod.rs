@@ -40,7 +40,7 @@ use bevy::{
     prelude::*,
     tasks::Task,
 };
-use leaps::leaps;
+use leaps::{leaps, linear_leaps};
 use parameters::Parameters;
 pub(super) use slot::Slot;
 pub(super) use smoothing::DueSmoothing;
@@ -299,7 +299,8 @@ pub(super) fn update_inputs(
     pattern.geometry = surface.geometry;
     pattern.positions = surface.positions;
     pattern.sources.due.pose |= change.pose;
-    if change.jump && pattern.is_solved() {
+    let leapt = change.linear && linear_leaps(last.linear, inputs.linear);
+    if (change.jump || leapt) && pattern.is_solved() {
         // Sweeps would not bring it back soon.
         pattern.phase = Phase::Cold;
     }
