@@ -185,12 +185,17 @@ struct Crossed {
 }
 
 // All families at a tone.
-fn ink_at(point: PatternPoint, first: Wave, place: Place, share: f32) -> Crossed {
+fn ink_at(point: PatternPoint, wave: Wave, place: Place, share: f32) -> Crossed {
+    let frame = pattern_frame(point);
+    // One wave of a cross field alone is no wave: its corners may be of different waves.
+    var first = wave;
+    if frame.pieces > 0u {
+        first = sample_pair(frame, point, 0u).first;
+    }
     let zoom = zoom_at(first, place);
     let hand = hand_at(first, zoom.octaves);
     let asked = min(share / (1.0 - 0.5 * hatch.origin.w), 1.0);
     let periods = hatch.filter_width * first.footprint * exp2(zoom.octaves);
-    let frame = pattern_frame(point);
     if frame.pieces == 0u {
         return Crossed(strokes_of(first, asked, zoom, hand), hand.opacity, periods);
     }
