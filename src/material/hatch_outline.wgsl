@@ -13,7 +13,7 @@
 #import bevy_field_patterns::hatch_style::{TAU, hatch}
 #import bevy_field_patterns::hatch_strokes::{MAX_OCTAVES, stroke_coverage}
 #import bevy_field_patterns::triangle_wave::Wave
-#import bevy_field_patterns::wave::{PatternPoint, sample_second_wave}
+#import bevy_field_patterns::wave::{PatternPoint, pattern_frame, sample_pair}
 
 const OUTLINE_POSITION: f32 = 1.0;
 
@@ -64,11 +64,15 @@ fn dash_gap(contour: Contour, point: PatternPoint, wave: Wave) -> f32 {
         let slope = vec2(contour.rest_dx[axis], contour.rest_dy[axis]);
         return gap_along(contour, contour.rest[axis], slope, -32.0);
     }
-    let second = sample_second_wave(point);
-    if second.defined && moves_along(contour, second) > moves_along(contour, wave) {
-        return wave_gap(contour, second);
+    let frame = pattern_frame(point);
+    if frame.pieces == 0u {
+        return wave_gap(contour, wave);
     }
-    return wave_gap(contour, wave);
+    let pair = sample_pair(frame, point, 0u);
+    if moves_along(contour, pair.second) > moves_along(contour, pair.first) {
+        return wave_gap(contour, pair.second);
+    }
+    return wave_gap(contour, pair.first);
 }
 
 // Share of the pixel that is contour.
